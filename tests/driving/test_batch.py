@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import polars as pl
 import pytest
@@ -80,6 +81,31 @@ def test_goes_on_where_it_was_stopped(tmp_path: Path, monkeypatch: pytest.Monkey
     assert driven[4:] == ["a", "broken", "c"]
     (out / "solved.csv").write_text("some,table\n1,2\n")
     assert len(rows_of(files, out)) == 3
+
+
+class Around:
+    """A belief of a user's, without a hash."""
+
+    def __init__(self, share: float):
+        self.share = share
+
+    def predict(self, *scene: Any) -> Any:
+        return PREDICTOR.predict(*scene)
+
+
+def test_an_own_belief_goes_on_until_it_is_made_with_something_else(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    files, driven = [written(tmp_path, SOON)], list[float]()
+
+    def noted(file: Path, belief: Around, *rest: Any) -> object:
+        driven.append(belief.share)
+        return solve(file, belief, *rest)
+
+    monkeypatch.setattr(batch, "solve", noted)
+    for share in (1.0, 1.0, 2.0):
+        list(solve_all(files, lambda _, share=share: Around(share), tmp_path / "out"))
+    assert driven == [1.0, 2.0]
 
 
 def test_settings_of_the_planner_are_driven_with(tmp_path: Path) -> None:

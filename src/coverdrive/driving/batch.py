@@ -28,6 +28,7 @@ from coverdrive.progress import done, stage
 from coverdrive.recordings.tracks.reading import name_of
 from coverdrive.simulation.measures.trial import Row
 from coverdrive.simulation.predictor import Belief
+from coverdrive.simulation.studies.setup import identity
 from coverdrive.simulation.studies.workers import run_trials
 
 TABLE = "solved.csv"
@@ -54,7 +55,7 @@ class _Scenarios:
     def made_from(self, trial: int) -> str:
         """A hash of all that the drives of a scenario depend on; empty if it cannot be read."""
         file, belief = self.files[trial], self.predictors[trial]
-        about = f"{self.description()} {file.resolve()} {getattr(belief, 'fingerprint', repr(belief))}\n"
+        about = f"{self.description()} {file.resolve()} {identity(belief)}\n"
         with suppress(OSError):
             content = about.encode(errors="surrogateescape") + file.read_bytes()
             return hashlib.blake2b(content, digest_size=8).hexdigest()

@@ -27,7 +27,7 @@ from coverdrive.league.fiss import FISS, absent
 from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.simulation.predictor import Belief, Predictor
-from coverdrive.simulation.studies.setup import AnyPlanner, Setup, described
+from coverdrive.simulation.studies.setup import AnyPlanner, Setup
 from coverdrive.simulation.traffic.replay import Scenario
 
 
@@ -72,11 +72,6 @@ def seated(setup: Setup, name: str, known: Known) -> Setup | str:
     if isinstance(seat, str) or seat.belief is None or seat.planner is None:
         return seat if isinstance(seat, str) else "it drives in its own world"
     return replace(setup, predictor=seat.belief, planner=seat.planner, sampled=known.predictor)
-
-
-def identity(belief: Belief | None) -> Any:
-    """What tells beliefs apart: a hash, or a name."""
-    return getattr(belief, "fingerprint", None) or described(belief)
 
 
 def _paper(known: Known, place: Place) -> Seat | str:

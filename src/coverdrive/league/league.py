@@ -20,7 +20,7 @@ from coverdrive.bridges.world import World, drive
 from coverdrive.driving.driver import Driver
 from coverdrive.errors import SettingError, during
 from coverdrive.files import write_atomically
-from coverdrive.league.entrants import Known, Place, Seat, entrant, identity, seated
+from coverdrive.league.entrants import Known, Place, Seat, entrant, seated
 from coverdrive.league.others import OTHERS
 from coverdrive.league.problems import COLUMNS, Problems, is_problems
 from coverdrive.league.table import league_table
@@ -30,7 +30,7 @@ from coverdrive.progress import heard_by, stage
 from coverdrive.simulation.measures.trial import SCHEMA, Row, measure
 from coverdrive.simulation.predictor import Learning, as_given
 from coverdrive.simulation.studies.folder import StudyFolder
-from coverdrive.simulation.studies.setup import Setup, described, made
+from coverdrive.simulation.studies.setup import Setup, described, identity, made
 from coverdrive.simulation.studies.study import drive_missing
 from coverdrive.simulation.studies.workers import Drives
 from coverdrive.simulation.traffic.registry import NAMES

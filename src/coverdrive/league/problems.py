@@ -22,14 +22,14 @@ from coverdrive.driving.single_track import ModelName
 from coverdrive.driving.solved import solve_problem
 from coverdrive.driving.solving import settings_for
 from coverdrive.errors import DataError, MissingExtraError, RecordingError
-from coverdrive.league.entrants import Known, Place, Seat, entrant, identity
+from coverdrive.league.entrants import Known, Place, Seat, entrant
 from coverdrive.league.fiss import FISS
 from coverdrive.league.fiss import drive as drive_fiss
 from coverdrive.plan import Planner
 from coverdrive.progress import heard_by
 from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.measures.trial import SCHEMA, Row, measure, unstarted
-from coverdrive.simulation.studies.setup import described, made
+from coverdrive.simulation.studies.setup import described, identity, made
 
 MODELS: dict[str, ModelName] = {"commonroad": "KS", "commonroad-st": "ST"}
 """vehicle models, by how the names of worlds begin"""

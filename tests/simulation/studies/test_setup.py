@@ -1,5 +1,6 @@
 """What tells studies apart: who takes part, and what is replayed."""
 
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -9,7 +10,9 @@ import numpy as np
 import pytest
 from simulation_fakes import ConstantPlanner, FakeBasis, FakePredictor
 
+from coverdrive.league.beliefs import ConstantVelocity
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
+from coverdrive.prediction.adaptive import Adaptive
 from coverdrive.road import Road
 from coverdrive.simulation.studies.setup import Setup, described
 from coverdrive.simulation.traffic.replay import Scenario
@@ -43,6 +46,39 @@ def given(gain: float) -> Callable[[], Mine]:
 )
 def test_what_is_made_with_other_values_is_another_one(make: Callable[[float], Any]) -> None:
     one, same, other = (described(make(value)) for value in (1.0, 1.0, 2.0))
+    assert one == same != other
+
+
+class Wider:
+    """A belief of a user's around another one, with no hash."""
+
+    def __init__(self, predictor: Any, share: float = 1.0):
+        self.predictor, self.share = predictor, share
+
+    def predict(self, *scene: Any) -> Any:
+        return self.predictor.predict(*scene)
+
+    def scaled(self, scale: float) -> "Wider":
+        return Wider(self.predictor, scale * self.share)
+
+
+def boxes(size: float) -> ConstantVelocity:
+    return ConstantVelocity(np.full((3, 2), size))
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda value: Wider(boxes(value)),
+        lambda value: Wider(boxes(1.0), value),
+        lambda value: Wider(Wider(boxes(value))),
+    ],
+    ids=["another belief", "a value", "another belief within"],
+)
+@pytest.mark.parametrize("adapts", [False, True])
+def test_a_belief_that_is_made_with_another_one_is_another_one(make: Callable[[float], Any], adapts: bool) -> None:
+    made = (Adaptive(make(value)) if adapts else make(value) for value in (1.0, 1.0, 2.0))
+    one, same, other = (json.dumps(Setup(each).description()["predictor"]) for each in made)
     assert one == same != other
 
 

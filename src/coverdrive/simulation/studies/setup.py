@@ -17,6 +17,7 @@ from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import StartError, blaming, during, maker_of, name_of
 from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner
+from coverdrive.prediction.adaptive import Adaptive
 from coverdrive.progress import heard_by
 from coverdrive.settings import Settings
 from coverdrive.simulation.drives.episode import EpisodeSettings, run_episode
@@ -132,8 +133,8 @@ class Setup:
             "seed": self.seed,
             "vehicles": list(self.vehicles),
             "episode": self.episode.model_dump(mode="json"),
-            "predictor": getattr(self.predictor, "fingerprint", None) or described(self.predictor),
-            "sampled": getattr(self.sampled, "fingerprint", None),
+            "predictor": identity(self.predictor),
+            "sampled": identity(self.sampled),
             "planner": described(self.planner),
             "traffic": described(self.traffic),
             "scenarios": hash_of_scenarios(self._read()) if self.replays else None,
@@ -180,11 +181,19 @@ def _is_made(part: Any, kind: type) -> bool:
     return isinstance(part, kind) and not isinstance(part, type)
 
 
+def identity(belief: Belief | str | None) -> Any:
+    """What tells beliefs apart: a hash, or else as `described`; of one that adapts around one without a hash, both."""
+    known = getattr(belief, "fingerprint", None) or described(belief)
+    if isinstance(belief, Adaptive) and not hasattr(belief.predictor, "fingerprint"):
+        return {"adapting": known, "predictor": described(belief.predictor)}
+    return known
+
+
 def described(part: Any) -> Any:
     """Settings, numbers and text as JSON values; of anything else its name, with its settings if it has some, and of
-    what is not of this package what tells whether it was changed: a hash of its source, and such values of its
-    attributes that have the names of what it is made with, also after an underscore, or of the variables around a
-    function.
+    what is not of this package what tells whether it was changed: a hash of its source, and such values and beliefs
+    of its attributes that have the names of what it is made with, also after an underscore, or such values of the
+    variables around a function.
     """
     if isinstance(part, Settings):
         return part.model_dump(mode="json")
@@ -214,7 +223,8 @@ def _attributes(part: Any) -> dict[str, Any]:
     found = {
         name: getattr(part, name, getattr(part, f"_{name}", None)) for name in inspect.signature(type(part)).parameters
     }
-    return {name: described(each) for name, each in found.items() if isinstance(each, _TOLD) and name != "settings"}
+    told = {name: each for name, each in found.items() if isinstance(each, (*_TOLD, Belief)) and name != "settings"}
+    return {name: identity(each) if isinstance(each, Belief) else described(each) for name, each in told.items()}
 
 
 def _around(made: Any) -> dict[str, Any]:
