@@ -31,6 +31,7 @@ from coverdrive.files import write_atomically, write_json
 from coverdrive.league.entrants import Known
 from coverdrive.league.known import known_of, paper_settings_like
 from coverdrive.league.table import SCHEMA
+from coverdrive.locks import alone
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.prediction.certifying.scored import ScoredSides
 from coverdrive.prediction.data.held_out import Seen, Source
@@ -430,7 +431,8 @@ class Results:
         read = self.experiment.recordings(recordings)
         folder = self.folder / self.study_name(experiment.traffic.kind, road, DIAL)
         setup = replace(self.study(experiment, recordings).setup, scenarios=())
-        table = across_groups(read, self.settings, setup, folder, request.pilot, workers=workers, cluster=cluster)
+        with alone(folder):
+            table = across_groups(read, self.settings, setup, folder, request.pilot, workers=workers, cluster=cluster)
         share = chosen_share(table)
         scale = scale_left(self.predictor, self.scored.calibration, share)
         self._use_scale(scale)

@@ -10,10 +10,7 @@ therefore an error to make a named tuple of such a kind in compiled code, or to 
 part are borrowed, too, until it returns.
 """
 
-import importlib
-import os
-from collections.abc import Callable, Generator, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from typing import Any, ClassVar, TypeVar
 
@@ -31,6 +28,7 @@ from numba.core import (  # pyright: ignore[reportMissingTypeStubs]
 from numba.core.runtime.context import NRTContext  # pyright: ignore[reportMissingTypeStubs]
 
 from coverdrive.garbage import not_looking_for_garbage
+from coverdrive.locks import alone
 
 T = TypeVar("T")
 
@@ -209,7 +207,7 @@ class Whole(_Compiled):
 
     def compile(self, sig: Any) -> Any:
         """Its code for arguments of these types, from the disk if it is kept there."""
-        with _alone(self.stats.cache_path), not_looking_for_garbage():
+        with alone(self.stats.cache_path, wait=True), not_looking_for_garbage():
             return super().compile(sig)
 
 
@@ -220,18 +218,3 @@ def _named_tuples(kind: Any) -> Iterator[Any]:
     if isinstance(kind, _types.BaseTuple):
         for each in kind:
             yield from _named_tuples(each)
-
-
-@contextmanager
-def _alone(folder: str | None) -> Generator[None]:
-    """Wait until no other process compiles what is kept in a folder, as far as folders can be locked."""
-    held = None
-    with suppress(ImportError, OSError):
-        if folder is not None:
-            fcntl, held = importlib.import_module("fcntl"), os.open(folder, os.O_RDONLY)
-            fcntl.flock(held, fcntl.LOCK_EX)
-    try:
-        yield
-    finally:
-        if held is not None:
-            os.close(held)

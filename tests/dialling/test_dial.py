@@ -13,6 +13,7 @@ from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.drives import anytime_limit, drives_needed
 from coverdrive.dialling.dial import SCALES, Dialled, Request, dial, dialled, proof_of, said_of_dial
 from coverdrive.errors import CertificateError, DataError, SettingError, StartError
+from coverdrive.locks import alone
 from coverdrive.road import Road
 from coverdrive.simulation.drives.episode import EpisodeSettings
 from coverdrive.simulation.studies.folder import StudyFolder
@@ -197,6 +198,11 @@ def test_the_other_procedures_find_the_same(procedure, asked_nothing: Path) -> N
 def test_faults_alone_may_count(asked_nothing: Path) -> None:
     found = dialled(SETUP, PREDICTOR, asked_nothing, replace(REQUEST, event="own"))
     assert found.scale == 0.6 and "at the ego's fault" in found.proofs[0].sentence and len(found.proofs) == 1
+
+
+def test_two_at_once_do_not_dial_in_one_folder(asked_nothing: Path) -> None:
+    with alone(asked_nothing), pytest.raises(DataError, match="another process writes to"):
+        dialled(SETUP, PREDICTOR, asked_nothing, REQUEST)
 
 
 def test_others_stand_beside(asked_nothing: Path) -> None:

@@ -15,6 +15,7 @@ from coverdrive.dialling.splitting import _Walk
 from coverdrive.dialling.tape import Tape
 from coverdrive.errors import DataError, SettingError
 from coverdrive.league.beliefs import ConstantVelocity
+from coverdrive.locks import alone
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.adaptive import Adaptive
 from coverdrive.simulation.drives.episode import EpisodeSettings
@@ -187,6 +188,8 @@ def test_what_makes_no_sense_is_refused(tmp_path: Path):
     learning = Adaptive(ConstantVelocity(np.ones((3, 2))))
     with pytest.raises(SettingError, match="a belief that learns"):
         rare(replace(fakes(), predictor=learning), tmp_path)
+    with alone(tmp_path), pytest.raises(DataError, match="another process writes to"):
+        rare(fakes(), tmp_path)
     (tmp_path / "no.tape.npz").write_bytes(b"nothing")
     with pytest.raises(DataError, match=r"no\.tape\.npz is not the tape of a drive"):
         again(fakes(), tmp_path / "no.tape.npz")

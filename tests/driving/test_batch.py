@@ -83,6 +83,15 @@ def test_goes_on_where_it_was_stopped(tmp_path: Path, monkeypatch: pytest.Monkey
     assert len(rows_of(files, out)) == 3
 
 
+def test_two_at_once_do_not_solve_into_one_folder(tmp_path: Path) -> None:
+    files, out = three(tmp_path), tmp_path / "out"
+    first = solve_all(files, predictor_of, out)
+    next(first)
+    with pytest.raises(DataError, match=r"writes to .*out; wait"):
+        rows_of(files[2:], out)
+    assert len(list(first)) == 2 and len(rows_of(files, out)) == 3
+
+
 class Around:
     """A belief of a user's, without a hash."""
 

@@ -26,6 +26,7 @@ from coverdrive.dialling.frontier import OURS, frontier
 from coverdrive.dialling.splitting import IN_VAIN
 from coverdrive.errors import CertificateError, DataError, SettingError
 from coverdrive.files import write_atomically, write_json
+from coverdrive.locks import alone
 from coverdrive.prediction.stored import checked_scale
 from coverdrive.progress import stage
 from coverdrive.recordings.recording import Recording
@@ -221,7 +222,7 @@ def dial(
     Raises:
         SettingError: a number makes no sense, there is no such traffic or road, or hardly any drive can start.
         CertificateError: so many drives cannot prove the risk, whatever happens in them, or they are replays.
-        DataError: the folder holds drives of another configuration.
+        DataError: the folder holds drives of another configuration, or another process drives in it.
     """
     of_kind("predictor", predictor, Scalable, "a predictor with sets of any scale (predict, certificate, scaled)")
     setup = setup_of(predictor, planner, traffic, vehicles, seed, recordings, road, episode)
@@ -252,7 +253,7 @@ def dialled(
     Raises:
         SettingError: a number makes no sense, or hardly any drive can start.
         CertificateError: so many drives cannot prove the risk, whatever happens in them, or they are replays.
-        DataError: the folder holds drives of another configuration.
+        DataError: the folder holds drives of another configuration, or another process drives in it.
     """
     if setup.replays:
         raise CertificateError(
@@ -283,12 +284,13 @@ def dialled(
 
         return drive
 
-    turned = dial.turn(len(scales), driver("pilot", _PILOT), driver("proof", _PROOF))
-    for (name, scale), other in (beside or {}).items():
-        files = StudyFolder(folder / "pilot" / (name if scale is None else f"{name}-{scale:g}"))
-        given = replace(other, seed=_seed(setup.seed, _PILOT))
-        told = f"pilot of {name}" + ("" if scale is None else f" at scale {scale:g}")
-        tables["pilot", name, scale] = _driven(given, files, None, dial.pilot, told, dial.pilot, workers, cluster)
+    with alone(folder):
+        turned = dial.turn(len(scales), driver("pilot", _PILOT), driver("proof", _PROOF))
+        for (name, scale), other in (beside or {}).items():
+            files = StudyFolder(folder / "pilot" / (name if scale is None else f"{name}-{scale:g}"))
+            given = replace(other, seed=_seed(setup.seed, _PILOT))
+            told = f"pilot of {name}" + ("" if scale is None else f" at scale {scale:g}")
+            tables["pilot", name, scale] = _driven(given, files, None, dial.pilot, told, dial.pilot, workers, cluster)
     tried: Tried = turned.chosen or turned.tried[0]
     scale = scales[tried.candidate]
     began = {setup.vehicles_of(trial) for trial in tables["proof", OURS, scale].filter(STARTED)["trial"]}

@@ -27,6 +27,7 @@ from coverdrive.dialling.tape import Tape
 from coverdrive.errors import DataError, SettingError, blaming, during
 from coverdrive.files import write_arrays, write_json
 from coverdrive.geometry import turned_half_extents
+from coverdrive.locks import alone
 from coverdrive.percentages import at_most, percent
 from coverdrive.progress import done, stage
 from coverdrive.scene import Scene
@@ -319,7 +320,7 @@ def rare(
     Raises:
         SettingError: a number makes no sense, hardly any drive can start, or the belief of the ego learns from drive
             to drive.
-        DataError: the folder holds something else.
+        DataError: the folder holds something else, or another process drives in it.
     """
     if isinstance(setup.predictor, Learning):
         raise SettingError(
@@ -333,11 +334,12 @@ def rare(
     if not 0 < rarest < 1:
         raise SettingError(f"a collision is looked for down to a probability between 0 and 1, as 1e-6; got {rarest}")
     work = _Repetitions(setup.loaded(), Path(folder), particles, changes, rarest)
-    StudyFolder(work.folder).claim(work.description())
-    rows = {each: row for each in range(repetitions) if (row := work.known(each))}
-    with stage(f"repetitions ({repetitions})"):
-        done(len(rows), repetitions)
-        for row in run_trials(work, [each for each in range(repetitions) if each not in rows], workers):
-            rows[row["repetition"]] = row
+    with alone(work.folder):
+        StudyFolder(work.folder).claim(work.description())
+        rows = {each: row for each in range(repetitions) if (row := work.known(each))}
+        with stage(f"repetitions ({repetitions})"):
             done(len(rows), repetitions)
+            for row in run_trials(work, [each for each in range(repetitions) if each not in rows], workers):
+                rows[row["repetition"]] = row
+                done(len(rows), repetitions)
     return Rare(work.folder, [rows[each] for each in range(repetitions)])

@@ -23,6 +23,7 @@ from coverdrive.driving.solved import SCHEMA, Solved, because, solve, unsolved
 from coverdrive.driving.solving import Drive, solution_of
 from coverdrive.errors import CoverdriveError
 from coverdrive.files import write_atomically, write_text
+from coverdrive.locks import alone
 from coverdrive.planning.planner import PlannerSettings
 from coverdrive.progress import done, stage
 from coverdrive.recordings.tracks.reading import name_of
@@ -110,29 +111,33 @@ def solve_all(
     Yields:
         The rows of a scenario, by the names of `coverdrive.driving.solved.SCHEMA`: first of all that are there already,
         then as they are solved.
+
+    Raises:
+        DataError: another process solves into the folder.
     """
-    predictors = [_predictor(predictor_of, each) for each in scenarios]
-    setup = _Scenarios(scenarios, predictors, model, planner or PlannerSettings(), draw)
-    found, files = _kept(folder), [_path_of(each) for each in scenarios]
-    made, left = [setup.made_from(trial) for trial in range(len(scenarios))], list[int]()
-    for trial, file in enumerate(files):
-        rows = found.get(file, [])
-        drawn = not draw or all(row["time"] is None or _is_in(folder, row["video"]) for row in rows)
-        if drawn and made[trial] and made[trial] in {row["made_from"] for row in rows}:
-            yield rows
-        else:
-            left.append(trial)
-    with stage("scenarios"):
-        for number, each in enumerate(run_trials(setup, left, workers), start=len(scenarios) - len(left) + 1):
-            file, made_from = files[each["trial"]], made[each["trial"]]
-            taken = {row["solution"] or "" for other, rows in found.items() if other != file for row in rows}
-            written = _write_solution(each["benchmark"], each["text"], folder, taken) if each["text"] else None
-            about = {"file": file, "solution": written, "made_from": made_from}
-            found[file] = [row | about for row in each["rows"]]
-            table = pl.DataFrame([row for file in sorted(found) for row in found[file]], schema=SCHEMA)
-            write_atomically(folder / TABLE, table.write_csv)
-            done(number, len(scenarios))
-            yield found[file]
+    with alone(folder):
+        predictors = [_predictor(predictor_of, each) for each in scenarios]
+        setup = _Scenarios(scenarios, predictors, model, planner or PlannerSettings(), draw)
+        found, files = _kept(folder), [_path_of(each) for each in scenarios]
+        made, left = [setup.made_from(trial) for trial in range(len(scenarios))], list[int]()
+        for trial, file in enumerate(files):
+            rows = found.get(file, [])
+            drawn = not draw or all(row["time"] is None or _is_in(folder, row["video"]) for row in rows)
+            if drawn and made[trial] and made[trial] in {row["made_from"] for row in rows}:
+                yield rows
+            else:
+                left.append(trial)
+        with stage("scenarios"):
+            for number, each in enumerate(run_trials(setup, left, workers), start=len(scenarios) - len(left) + 1):
+                file, made_from = files[each["trial"]], made[each["trial"]]
+                taken = {row["solution"] or "" for other, rows in found.items() if other != file for row in rows}
+                written = _write_solution(each["benchmark"], each["text"], folder, taken) if each["text"] else None
+                about = {"file": file, "solution": written, "made_from": made_from}
+                found[file] = [row | about for row in each["rows"]]
+                table = pl.DataFrame([row for file in sorted(found) for row in found[file]], schema=SCHEMA)
+                write_atomically(folder / TABLE, table.write_csv)
+                done(number, len(scenarios))
+                yield found[file]
 
 
 def _predictor(predictor_of: Callable[[Path], Belief], scenario: Path) -> Belief | str:

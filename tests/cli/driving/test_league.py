@@ -11,6 +11,7 @@ from problem_fakes import box, goal, written
 from command import coverdrive
 from coverdrive.errors import SettingError
 from coverdrive.league import problems
+from coverdrive.locks import alone
 from coverdrive.simulation.roads.initial import VEHICLES
 from coverdrive.simulation.studies.setup import Setup
 from coverdrive.simulation.traffic.replay import REPLAYS
@@ -96,7 +97,9 @@ def test_numbers_of_vehicles_that_are_said_hold_even_if_they_are_the_usual_ones(
         raise SettingError("nobody drives")
 
     monkeypatch.setattr("coverdrive.league.league.league", drive)
+    called = "league", quick_fit, "--out", tmp_path / "league", "--planners", "default", "--worlds"
     for said in ([], ["--vehicles", *map(str, VEHICLES)]):
-        called = "league", quick_fit, "--planners", "default", "--worlds", "aggressive", "drivers", *said
-        assert "nobody drives" in coverdrive(*called, "--out", tmp_path / "league", status=2)
+        assert "nobody drives" in coverdrive(*called, "aggressive", "drivers", *said, status=2)
+    with alone(tmp_path / "league"):
+        assert "another process writes to" in coverdrive(*called, "drivers", status=2)
     assert asked == [{"aggressive": each, "drivers": VEHICLES} for each in ((8, 10, 12), VEHICLES)]

@@ -16,6 +16,7 @@ from simulation_fakes import FAST, REPLAYED, ConstantPlanner, fakes
 
 import coverdrive
 from coverdrive.errors import DataError, SettingError
+from coverdrive.locks import alone
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.progress import heard_by
 from coverdrive.simulation.drives.episode import EpisodeSettings
@@ -325,6 +326,15 @@ def test_a_study_stops_after_the_batch_that_makes_its_intervals_narrow_enough(tm
     assert stopped.drop(TIMES).equals(full.head(expected).drop(TIMES))
     assert pl.read_parquet(tmp_path / "stopped" / "trials.parquet").height == expected
     assert run("full", widths[1] + 1e-9, 4).equals(full.head(expected))
+
+
+def test_two_at_once_do_not_drive_in_one_folder(tmp_path):
+    with alone(tmp_path), pytest.raises(DataError, match="another process writes to"):
+        run(tmp_path, 2)
+    assert not list(tmp_path.iterdir())
+    run(tmp_path, 2)
+    with alone(tmp_path):
+        assert Study(fakes(), tmp_path).trials.height == 2
 
 
 def test_replays_have_no_interval_that_could_be_narrow_enough(tmp_path):

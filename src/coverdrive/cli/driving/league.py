@@ -102,6 +102,7 @@ def league(
         from coverdrive.league.league import check_names
         from coverdrive.league.league import league as drive
         from coverdrive.league.problems import is_problems, problems_of
+        from coverdrive.locks import alone
         from coverdrive.reporting.report import write_league
         from coverdrive.reporting.tables.league import league_tables
         from coverdrive.results import LEAGUE, Results
@@ -120,7 +121,7 @@ def league(
     size = {"workers": workers, "vehicles": vehicles}
     experiment = experiment_in(results, road, seed=seed, study=size, episode={"duration": duration})
     folder = out or fit / LEAGUE
-    with stages(kept="finished drives"):
+    with stages(kept="finished drives"), alone(folder):
         known = results.known(planners, experiment.planner, recording, paper, out)
         if recording and posed:
             problems = _unseen(results, known, problems, recording, planners, folder)

@@ -9,6 +9,7 @@ import polars as pl
 
 from coverdrive.arguments import all_of, finite, of_kind, path_of, whole, wholes
 from coverdrive.errors import DataError, SettingError
+from coverdrive.locks import alone
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.progress import done, part, stage
 from coverdrive.recordings.recording import Recording
@@ -109,16 +110,17 @@ class Study:
                 f"until_width: {DEPENDENT} whose width could end a study, got {until_width!r}; leave it out, and say "
                 "by trials how many to drive"
             )
-        setup = self._loaded
-        self.files.go_on(trials, early=until_width is not None)
-        ends = [*range(batch, trials, batch), trials] if until_width else [trials]
-        table = self.files.table_of([])
-        with stage(f"{name} ({trials})"):
-            for end in ends:
-                table = drive_missing(table, end, self.files, setup, workers, cluster, trials)
-                if until_width and widest_interval(table.filter(STARTED)) <= until_width:
-                    break
-        self.files.save_table(table)
+        with alone(self.folder):
+            setup = self._loaded
+            self.files.go_on(trials, early=until_width is not None)
+            ends = [*range(batch, trials, batch), trials] if until_width else [trials]
+            table = self.files.table_of([])
+            with stage(f"{name} ({trials})"):
+                for end in ends:
+                    table = drive_missing(table, end, self.files, setup, workers, cluster, trials)
+                    if until_width and widest_interval(table.filter(STARTED)) <= until_width:
+                        break
+            self.files.save_table(table)
         if not table.select(STARTED.any()).item():
             raise DataError(f"none of the {table.height} trials could start: {table['reason'][0]}")
         return self
@@ -195,7 +197,8 @@ def study(
     Raises:
         SettingError: a number makes no sense, replays are to end early, there is no such traffic or road, or no cluster
             there.
-        DataError: the folder holds a study of another configuration, or no trial could start.
+        DataError: the folder holds a study of another configuration, another process drives in it, or no trial could
+            start.
     """
     setup = setup_of(predictor, planner, traffic, vehicles, seed, recordings, road, episode)
     return Study(setup, path_of("folder", folder)).run(
