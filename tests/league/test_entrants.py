@@ -3,6 +3,7 @@
 import importlib
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +11,11 @@ import numpy as np
 import pytest
 from simulation_fakes import ConstantPlanner, FakeBasis, FakePredictor, make_scene
 
+from coverdrive.certificates.certificate import Certificate
 from coverdrive.errors import SettingError, blamed
 from coverdrive.league.agents import AgentPlanner
 from coverdrive.league.beliefs import ConstantVelocity
-from coverdrive.league.entrants import ENTRANTS, Known, Place, Seat, entrant
+from coverdrive.league.entrants import ENTRANTS, Known, Place, Seat, claim_of, entrant
 from coverdrive.plan import Planner, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.road import Road
@@ -33,6 +35,24 @@ def seat(name: str, place: Place = PLACE) -> Seat:
     found = entrant(name)(KNOWN, place)
     assert isinstance(found, Seat)
     return found
+
+
+CLAIM = Certificate("conformal, pooled", 0.1, 0.99, 100, "share", 1, 0, 0, 0, 1.0, "0", scale=0.6)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({}, "share ≤ 10 % (99 %), λ 0.6"),
+        ({"confidence": None, "unit": "window", "scale": 1.0}, "window ≤ 10 % (on average), λ 1"),
+        ({"groups": 5, "unit": "vehicle"}, "vehicle of each base ≤ 10 % (99 %), λ 0.6"),
+        ({"epsilon": 1.0}, "no bound, λ 0.6"),
+    ],
+)
+def test_claims_of_sets_are_told_in_a_few_words(changes: dict[str, Any], said: str) -> None:
+    box = ConstantVelocity(claim=replace(CLAIM, **changes))
+    assert claim_of(box) == said
+    assert claim_of(box.scaled(2.0)) == claim_of(seat("idm").belief) == claim_of(None) == ""
 
 
 def test_who_does_not_apply_says_why() -> None:

@@ -53,6 +53,7 @@ def test_the_table_has_a_line_for_everybody(tmp_path: Path) -> None:
     assert table["planner"].to_list() == list(PLANNERS)
     assert table["drives"].to_list() == [2, 2, 0]
     assert table["left_out"].to_list() == [None, None, "only replay tells it what will be"]
+    assert table["sets"].to_list() == [None] * 3
     assert pl.read_csv(tmp_path / "league.csv").rows() == pl.read_csv(table.write_csv().encode()).rows()
     rows = drives(tmp_path)
     for name in PLANNERS[:2]:

@@ -44,6 +44,12 @@ def test_counts_means_and_paired_differences_are_those_by_hand() -> None:
     assert (second["at_fault_minus_low"], second["at_fault_minus_high"]) == ends
 
 
+def test_what_is_claimed_of_sets_stands_beside_those_who_have_some() -> None:
+    driven = {("here", name): drives([20.0, 22.0]) for name in ("first", "second", "third")}
+    claims = {("here", "first"): "share ≤ 10 % (99 %), λ 0.6", ("here", "second"): ""}
+    assert league_table(driven, sets=claims)["sets"].to_list() == [claims["here", "first"], None, None]
+
+
 def test_replays_have_counts_means_and_differences_without_intervals() -> None:
     collided = {1: ("frontal", "ego")}
     driven = {("here", "first"): drives([20.0, 22.0, 24.0]), ("here", "second"): drives([21.0, 23.5, 24.5], collided)}

@@ -30,9 +30,10 @@ def line(world: str, planner: str, at_fault: int, speed: float, minus: float | N
     return row
 
 
+CLAIM = "share ≤ 10 % (99 %), λ 0.6"
 TABLE = pl.DataFrame(
     [
-        line("drivers", "default", 0, 25.0),
+        line("drivers", "default", 0, 25.0) | {"sets": CLAIM},
         line("drivers", "idm-mobil", 0, 22.0, -3.0),
         line("drivers", "fast", 4, 28.0, 3.0),
         line("drivers", "clumsy", 8, 26.0, 1.0),
@@ -45,6 +46,7 @@ TABLE = pl.DataFrame(
 
 def test_cells_have_counts_and_differences() -> None:
     drivers, sumo = worlds_of(TABLE)
+    assert [dict(zip(COLUMNS, row, strict=True))["sets"] for row in drivers.rows] == [CLAIM, "", "", ""]
     cells = dict(zip(COLUMNS, drivers.rows[2], strict=True))
     assert cells["at fault"] == "4 (8–18 %)"
     assert cells["mean speed [m/s]"] == "28.00 (Δ +2.50 … +3.75)"
@@ -124,7 +126,7 @@ def test_the_page_stands_alone(tmp_path: Path) -> None:
     page = (tmp_path / "league.html").read_text(encoding="utf-8")
     assert (tmp_path / "league.png").exists() and (tmp_path / "league.pdf").exists()
     assert "28.00 (Δ +2.50 … +3.75)" in page and "own&lt;er&gt; does not drive: not here" in page
-    assert page.count("<table>") == 2 and '"type":"Points"' in page
+    assert CLAIM in page and page.count("<table>") == 2 and '"type":"Points"' in page
     assert not re.findall(r"(?:src|href)=\"(?!#|data:)", page)
     write_league(TABLE.filter(pl.col("drives") == 0), tmp_path)
     assert "own&lt;er&gt;" in (tmp_path / "league.html").read_text(encoding="utf-8")

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial import KDTree
 
-from coverdrive.certificates.certificate import fingerprint
+from coverdrive.certificates.certificate import Certificate, fingerprint
 from coverdrive.errors import DataError
 from coverdrive.geometry import turned_half_extents
 from coverdrive.paths import PredictedPaths
@@ -36,6 +36,8 @@ class ConstantVelocity:
     """[s] between two of them"""
     now: Float[np.ndarray, " 2"] = field(default_factory=lambda: np.zeros(2))
     """[m] the same of the box of now"""
+    claim: Certificate | None = None
+    """what is proved of the boxes, if anything is"""
 
     @property
     def fingerprint(self) -> str:
@@ -43,8 +45,8 @@ class ConstantVelocity:
         return f"constant velocity {fingerprint(self.beyond, np.array(self.step), self.now)}"
 
     def scaled(self, scale: float) -> "ConstantVelocity":
-        """The same with boxes of another size."""
-        return replace(self, beyond=scale * self.beyond, now=scale * self.now)
+        """The same with boxes of another size, of which nothing is proved."""
+        return replace(self, beyond=scale * self.beyond, now=scale * self.now, claim=None)
 
     def predict(self, scene: Scene, road: Road, ego: int, dt: float, steps: int) -> PredictedPaths:
         """One path for each vehicle; boxes grow linearly between the times at which their sizes are given."""

@@ -18,12 +18,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from coverdrive.certificates.certificate import fingerprint
+from coverdrive.certificates.certificate import Certificate, fingerprint
 from coverdrive.errors import SettingError, blaming
 from coverdrive.extras import EXTRAS
 from coverdrive.league.agents import Agent, AgentPlanner, Idm, IdmMobil, KeepVelocity, Witness
 from coverdrive.league.beliefs import ConstantVelocity, KnownFuture
 from coverdrive.league.fiss import FISS, absent
+from coverdrive.percentages import at_most, percent
 from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.simulation.predictor import Belief, Predictor
@@ -72,6 +73,16 @@ def seated(setup: Setup, name: str, known: Known) -> Setup | str:
     if isinstance(seat, str) or seat.belief is None or seat.planner is None:
         return seat if isinstance(seat, str) else "it drives in its own world"
     return replace(setup, predictor=seat.belief, planner=seat.planner, sampled=known.predictor)
+
+
+def claim_of(belief: Belief | None) -> str:
+    """What is proved of the sets of a belief, and their scale λ, in a few words; empty where no certificate says it."""
+    claim = getattr(belief, "certificate", None) or getattr(belief, "claim", None)
+    if not isinstance(claim, Certificate):
+        return ""
+    surely = "on average" if claim.confidence is None else percent(claim.confidence, 4)
+    bound = f"{claim.unit}{' of each base' * (claim.groups > 1)} ≤ {at_most(claim.epsilon)} ({surely})"
+    return f"{bound if claim.epsilon < 1 else 'no bound'}, λ {claim.scale:.3g}"
 
 
 def _paper(known: Known, place: Place) -> Seat | str:

@@ -57,10 +57,10 @@ def box_of(
     segments, sides = cut_and_split(recordings, settings, seed)
     trained_on = np.unique(segments.vehicle[sides.train])
     try:
-        half_sizes, _ = trivial_box(recordings, segments, sides, settings.certificate, certificate, seed)
+        half_sizes, claim, _ = trivial_box(recordings, segments, sides, settings.certificate, certificate, seed)
     except CertificateError as error:
         return f"its box cannot be proved: {error}", trained_on
-    return ConstantVelocity(half_sizes[1:], segments.step, half_sizes[0]), trained_on
+    return ConstantVelocity(half_sizes[1:], segments.step, half_sizes[0], claim), trained_on
 
 
 def paper_settings_like(settings: PredictionSettings) -> PredictionSettings:

@@ -20,9 +20,9 @@ from coverdrive.bridges.world import World, drive
 from coverdrive.driving.driver import Driver
 from coverdrive.errors import SettingError, during
 from coverdrive.files import write_atomically
-from coverdrive.league.entrants import Known, Place, Seat, entrant, seated
+from coverdrive.league.entrants import Known, Place, Seat, claim_of, entrant, seated
 from coverdrive.league.others import OTHERS
-from coverdrive.league.problems import COLUMNS, Problems, is_problems
+from coverdrive.league.problems import COLUMNS, DrivesOfProblems, Problems, is_problems
 from coverdrive.league.table import league_table
 from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner
@@ -92,15 +92,17 @@ def league(
     problems = problems or {}
     replayed = [world for world, setup in setups.items() if setup.replays]
     driven: dict[tuple[str, str], pl.DataFrame | str] = {}
+    sets: dict[tuple[str, str], str] = {}
     for world in worlds:
         for name in planners:
             found = drives_of(world, name, known, setups, seed, duration, problems)
             if not isinstance(found, str):
+                sets[world, name] = _sets(found)
                 files = StudyFolder(folder / _plain(world) / _plain(name), COLUMNS if world in problems else SCHEMA)
                 count = min(trials, len(problems[world].places)) if world in problems else trials
                 found = _driven(found, files, f"{name} in {world}", count, workers, cluster)
             driven[world, name] = found
-            write_atomically(folder / "league.csv", league_table(driven, replayed).write_csv)
+            write_atomically(folder / "league.csv", league_table(driven, replayed, sets).write_csv)
     each = [
         rows.select(pl.lit(world).alias("world"), pl.lit(name).alias("planner"), pl.all())
         for (world, name), rows in driven.items()
@@ -108,7 +110,21 @@ def league(
     ]
     if each:
         write_atomically(folder / "drives.csv", pl.concat(each, how="diagonal").write_csv)
-    return league_table(driven, replayed)
+    return league_table(driven, replayed, sets)
+
+
+def _sets(drives: Drives) -> str:
+    """What is claimed of the sets with which an entrant drives; of several fits, each once."""
+    match drives:
+        case Setup():
+            beliefs = [drives.predictor]
+        case DrivesOfOthers():
+            beliefs = [drives.seat.belief]
+        case DrivesOfProblems():
+            beliefs = [each.belief for each in drives.seats]
+        case _:
+            beliefs = []
+    return " or ".join(filter(None, dict.fromkeys(map(claim_of, beliefs))))
 
 
 def _plain(name: str) -> str:

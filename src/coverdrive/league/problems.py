@@ -117,13 +117,17 @@ class DrivesOfProblems:
     seed: int
     """of nothing but the rows: who is where is recorded"""
 
+    @property
+    def seats(self) -> list[Seat]:
+        """What the entrant drives with, on some of the problems or on all."""
+        place = Place(self.known.planner, problems=True)
+        found = (entrant(self.entrant)(each, place) for each in dict.fromkeys(self.problems.known or (self.known,)))
+        return [each for each in found if isinstance(each, Seat)]
+
     def description(self) -> dict[str, Any]:
         """Everything that a drive depends on."""
         names = "/".join(f"{file.name} {number}" for file, number in self.problems.places).encode()
-        contents = map(_content, dict.fromkeys(self.problems.files))
-        place = Place(self.known.planner, problems=True)
-        found = (entrant(self.entrant)(each, place) for each in dict.fromkeys(self.problems.known or (self.known,)))
-        seats = [each for each in found if isinstance(each, Seat)]
+        contents, seats = map(_content, dict.fromkeys(self.problems.files)), self.seats
         return {
             "world": "commonroad",
             "problems": fingerprint(*(np.frombuffer(each, np.uint8) for each in (names, *contents))),

@@ -38,28 +38,34 @@ _SIGNS = ("low", "high", "minus", "minus_low", "minus_high")
 
 
 SCHEMA = pl.Schema(
-    {"world": pl.String(), "planner": pl.String(), "drives": pl.Int64()}
+    {"world": pl.String(), "planner": pl.String(), "sets": pl.String(), "drives": pl.Int64()}
     | dict.fromkeys(COUNTS, pl.Int64())
     | dict.fromkeys((*MEASURES, "least_gap"), pl.Float64())
     | {f"{name}_{sign}": pl.Float64() for name in (*COUNTS, *MEASURES) for sign in _SIGNS}
     | {"left_out": pl.String()}
 )
-"""of the table: a count or a mean, ``…_low`` and ``…_high`` of the rate or mean, and ``…_minus`` with its interval, the
-difference to the first entrant; ``least_gap`` [m] of all drives; the reason where an entrant was ``left_out``"""
+"""of the table: what is proved of the ``sets`` and their scale λ, null where that is not known; a count or a mean,
+``…_low`` and ``…_high`` of the rate or mean, and ``…_minus`` with its interval, the difference to the first entrant;
+``least_gap`` [m] of all drives; the reason where an entrant was ``left_out``"""
 
 
-def league_table(driven: Mapping[tuple[str, str], pl.DataFrame | str], replayed: Collection[str] = ()) -> pl.DataFrame:
+def league_table(
+    driven: Mapping[tuple[str, str], pl.DataFrame | str],
+    replayed: Collection[str] = (),
+    sets: Mapping[tuple[str, str], str] | None = None,
+) -> pl.DataFrame:
     """The table.
 
     Args:
         driven: by world and entrant, the first entrant of every world first: the table of its trials, or why there is
             none.
         replayed: worlds of recorded scenes, where all ends of intervals are null.
+        sets: what is claimed of those with which entrants drive, if anything is.
     """
     rows: list[dict[str, Any]] = []
     first: dict[str, pl.DataFrame] = {}
     for (world, planner), found in driven.items():
-        known = {"world": world, "planner": planner}
+        known = {"world": world, "planner": planner, "sets": (sets or {}).get((world, planner)) or None}
         table = found if isinstance(found, str) or "solved" in found.columns else found.filter(STARTED)
         if not isinstance(table, str) and table.is_empty():
             table = str(found["reason"][0]) if isinstance(found, pl.DataFrame) else ""

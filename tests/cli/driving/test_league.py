@@ -11,7 +11,9 @@ from problem_fakes import box, goal, written
 from command import coverdrive
 from coverdrive.errors import SettingError
 from coverdrive.league import problems
+from coverdrive.league.entrants import claim_of
 from coverdrive.locks import alone
+from coverdrive.results import Results
 from coverdrive.simulation.roads.initial import VEHICLES
 from coverdrive.simulation.studies.setup import Setup
 from coverdrive.simulation.traffic.replay import REPLAYS
@@ -36,6 +38,11 @@ def test_planners_are_driven_in_worlds(quick_fit: Path, tmp_path: Path, monkeypa
     table = pl.read_csv("league/league.csv")
     assert table["planner"].to_list() == [*planners] * 2
     assert table["drives"].to_list() == [1, 1, 1, 0, 1, 1] + [1] * 6
+    claim = claim_of(Results(quick_fit).predictor)
+    assert claim.startswith("window ≤ ") and claim.endswith(" (90 %), λ 1") and claim in printed
+    told = table["sets"].to_list()
+    assert told == [claim, None, told[2], None, None, claim, claim, None, told[2], None, None, claim]
+    assert told[2].startswith("window ≤ ") and told[2].endswith(" (90 %), λ 1")
     kept = {file: file.stat().st_mtime_ns for file in Path("league").rglob("trials/*.parquet")}
     assert len(kept) == 11
     again = json.loads(coverdrive("--json", *called, only="stdout"))["table"]

@@ -62,7 +62,7 @@ def compared(
     seconds = tuple((segments.step * np.arange(1, len(areas) + 1)).tolist())
     found = Occupied(seconds, tuple(areas.tolist()))
     with suppress(CertificateError):  # then there is nothing to compare with
-        half_sizes, evaluation = trivial_box(recordings, segments, sides, settings, certificate, seed)
+        half_sizes, _, evaluation = trivial_box(recordings, segments, sides, settings, certificate, seed)
         baseline = tuple((4 * half_sizes[1:].prod(-1)).tolist())
         found = replace(found, baseline=baseline, baseline_evaluation=evaluation)
     return found
@@ -75,11 +75,11 @@ def trivial_box(
     settings: CertificateSettings,
     certificate: Certificate,
     seed: int,
-) -> tuple[Float[np.ndarray, "Q 2"], Evaluation]:
+) -> tuple[Float[np.ndarray, "Q 2"], Certificate, Evaluation]:
     """Half sizes [m] of the trivial predictor's box beyond the body, for the bound of a certificate by the same method.
 
-    They are those of now and of the points after it, Q = P + 1. The evaluation is on the test split. A CertificateError
-    if the bound cannot be proved.
+    They are those of now and of the points after it, Q = P + 1. With what is proved of it; the evaluation is on the
+    test split. A CertificateError if the bound cannot be proved.
     """
     method = Method.PAC_POOLED if settings.method.computes_epsilon else settings.method
     claim = settings.model_copy(update={"method": method, "epsilon": certificate.epsilon})
@@ -88,11 +88,11 @@ def trivial_box(
     training, calibration, test = (
         scored_by(boxes, segments.of(side), recordings) for side in (sides.train, sides.calibration, sides.test)
     )
-    rule, _ = calibrate(TUBE, training, calibration, claim, seed)
+    rule, (proved, *_) = calibrate(TUBE, training, calibration, claim, seed)
     if sides.crossed:
         test = held_back(rule, TUBE, training, calibration, claim, seed)
     half_sizes = np.vstack([boxes.early * boxes.half_sizes[0, 0], boxes.half_sizes[0]])
-    return half_sizes * scale_of(rule), evaluate(rule, test)
+    return half_sizes * scale_of(rule), proved, evaluate(rule, test)
 
 
 def areas_of_bases(basis: Basis, rule: Rule, samples: ScoredSamples) -> Float[np.ndarray, " P"]:

@@ -10,12 +10,12 @@ from coverdrive.reporting.tables.fitting import columns_table
 
 COLUMNS = (
     "planner", "drives", "at fault", "not at fault", "mean speed [m/s]", "unsafe [%]", "jerk along [m/s³]",
-    "headway [s]", "gap [m]", "least", "step [ms]",
+    "headway [s]", "gap [m]", "least", "step [ms]", "sets",
 )  # fmt: skip
 
 ON_PROBLEMS = (
     "planner", "problems", "solved", "at fault", "not at fault", "off road", "progress [%]", "unsafe [%]", "least",
-    "step [ms]",
+    "step [ms]", "sets",
 )  # fmt: skip
 """columns where planning problems are solved"""
 
@@ -25,7 +25,8 @@ NOTE = (
     "Headway: kept in nine of ten moments behind somebody. Gap: the smallest one of a drive, on average and of all. "
     "Step: median time of prediction and plan. Solved: goals reached, as the judge of CommonRoad accepts, with the "
     "interval, as if problems were independent. Progress: share of the way to the place of the goal. Replays of "
-    "recorded scenes depend on each other, and have no interval."
+    "recorded scenes depend on each other, and have no interval. Sets: what is proved of how often they are left, by "
+    "the unit of the claim and with its confidence, and their scale λ; nothing where there are none, or none is known."
 )
 
 
@@ -95,10 +96,11 @@ def _solved(row: dict[str, Any]) -> tuple[str, ...]:
     )
 
 
-def _last(row: dict[str, Any]) -> tuple[str, str]:
+def _last(row: dict[str, Any]) -> tuple[str, str, str]:
     return (
         "–" if row["least_gap"] is None else f"{row['least_gap']:.1f}",
         "–" if row["planning_median"] is None else f"{1e3 * row['planning_median']:.1f}",
+        row["sets"] or "",
     )
 
 
