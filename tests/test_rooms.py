@@ -13,6 +13,7 @@ import pytest
 import coverdrive
 from coverdrive import cli
 from coverdrive.extras import EXTRAS
+from coverdrive.simulation.traffic.kinds import TRAFFICS
 
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "coverdrive"
@@ -63,6 +64,9 @@ def by_name() -> Iterator[tuple[str, str, str]]:
     for name, place in coverdrive._PLACES.items():
         module, _, inner = place.partition(":")
         yield "coverdrive", f"coverdrive.{module}", inner or name
+    for module, *names in TRAFFICS.values():
+        for name in names:
+            yield "coverdrive.simulation.traffic.registry", f"coverdrive.simulation.traffic.{module}", name
     for name, file in cli._COMMANDS.items():
         yield "coverdrive.cli", f"coverdrive.cli.{file}", name
 

@@ -1,5 +1,8 @@
 """The traffics by name."""
 
+import subprocess
+import sys
+from pathlib import Path
 from typing import get_args
 
 import pytest
@@ -24,3 +27,48 @@ def test_an_unknown_name_is_answered_with_all_others() -> None:
         SettingError, match=r"no traffic is called 'bicycles'; choose set-sampling, .* or reactive-replay"
     ):
         usual("bicycles")
+
+
+FILE = """
+from typing import Literal
+
+from coverdrive.settings import Settings
+from coverdrive.simulation.traffic.model import TrafficStep
+
+
+class StandingSettings(Settings):
+    kind: Literal["standing"] = "standing"
+    seen: float = 1.0
+
+
+class StandingTraffic:
+    def __init__(self, settings: StandingSettings):
+        self.settings = settings
+
+    def reset(self, scene, road, rng):
+        pass
+
+    def step(self, scene, dt):
+        return TrafficStep.without_bases(scene)
+"""
+LINE = 'TRAFFICS["standing"] = ("standing", "StandingSettings", "StandingTraffic")'
+USED = """
+from coverdrive.config import Experiment
+from coverdrive.league.league import check_names
+from coverdrive.simulation.studies.setup import traffic_of
+
+settings = Experiment().updated({"traffic": {"kind": "standing", "seen": 2.0}}).traffic
+assert traffic_of(settings, None).settings.seen == 2.0 and traffic_of("standing", None).settings.seen == 1.0
+check_names([], ["standing"])
+
+from coverdrive import cli
+cli.main(["study", "nowhere", "--traffic", "standing"])
+"""
+
+
+def test_a_new_traffic_is_one_file_and_one_line(tmp_path: Path) -> None:
+    (tmp_path / "standing.py").write_text(FILE)
+    beside = f"import coverdrive.simulation.traffic as room\nroom.__path__.append({str(tmp_path)!r})"
+    code = "\n".join((beside, "from coverdrive.simulation.traffic.kinds import TRAFFICS", LINE, USED))
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert found.returncode == 2 and "there are no results in nowhere" in found.stderr.replace("\n", " "), found.stderr

@@ -13,6 +13,7 @@ from coverdrive.cli.shared.bars import console as progress_console
 from coverdrive.cli.shared.bars import waiting
 from coverdrive.cli.shared.terminal import Terminal
 from coverdrive.errors import SettingError
+from coverdrive.simulation.traffic.kinds import TRAFFICS
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment, StudySettings
@@ -40,7 +41,10 @@ def between(low: float, high: float) -> Callable[[Any, Any], None]:
     return check
 
 
-Traffics = Literal["set-sampling", "drivers", "aggressive", "mixed", "replay", "reactive-replay"]
+if TYPE_CHECKING:
+    Traffics = str
+else:
+    Traffics = Literal[tuple(TRAFFICS)]
 
 Recordings = Annotated[
     list[Path] | None,

@@ -1,5 +1,5 @@
 """The state of uncontrolled vehicles and the ego goes in; out comes where they drive next.
 
-Door: `registry`, where a traffic is one line; `model`, which says what a traffic is; `set_sampling`, `replay`,
-`reactive_replay` and `motion`.
+Door: `kinds`, where a traffic is one line; `registry`, which makes it; `model`, which says what a traffic is;
+`set_sampling`, `replay`, `reactive_replay` and `motion`.
 """

@@ -1,18 +1,25 @@
 """The traffic models by name."""
 
 from collections.abc import Sequence
-from typing import Annotated, Any, get_args
+from importlib import import_module
+from inspect import signature
+from typing import TYPE_CHECKING, Annotated, Any, Protocol, Union
 
 from pydantic import BeforeValidator, Field, TypeAdapter
 
 from coverdrive.errors import DataError, SettingError
 from coverdrive.simulation.predictor import Predictor
-from coverdrive.simulation.traffic.driver_traffic import AggressiveTrafficSettings, DriverTraffic, DriverTrafficSettings
-from coverdrive.simulation.traffic.mixed import MixedTraffic, MixedTrafficSettings
+from coverdrive.simulation.traffic.kinds import TRAFFICS
 from coverdrive.simulation.traffic.model import Traffic
-from coverdrive.simulation.traffic.reactive_replay import ReactiveReplaySettings, ReactiveReplayTraffic
-from coverdrive.simulation.traffic.replay import ReplaySettings, ReplayTraffic, Scenario
-from coverdrive.simulation.traffic.set_sampling import SetSamplingSettings, SetSamplingTraffic
+from coverdrive.simulation.traffic.replay import Scenario
+
+NAMES = tuple(TRAFFICS)
+"""of all models"""
+
+_LOADED: dict[str, list[Any]] = {
+    kind: [getattr(import_module(f"coverdrive.simulation.traffic.{file}"), each) for each in names]
+    for kind, (file, *names) in TRAFFICS.items()
+}
 
 
 def _named(settings: Any) -> Any:
@@ -24,19 +31,18 @@ def _named(settings: Any) -> Any:
     return {"kind": "set-sampling", **settings}
 
 
-_AnySettings = (
-    SetSamplingSettings
-    | DriverTrafficSettings
-    | AggressiveTrafficSettings
-    | MixedTrafficSettings
-    | ReplaySettings
-    | ReactiveReplaySettings
-)
-TrafficSettings = Annotated[Annotated[_AnySettings, Field(discriminator="kind")], BeforeValidator(_named)]
-"""settings of one of the models, told apart by ``kind``"""
+if TYPE_CHECKING:
 
-NAMES: tuple[str, ...] = tuple(each.model_fields["kind"].default for each in get_args(_AnySettings))
-"""of all models"""
+    class TrafficSettings(Protocol):
+        """Settings of one of the models, told apart by ``kind``."""
+
+        @property
+        def kind(self) -> str:
+            """Name of the traffic."""
+            ...
+else:
+    _AnySettings = Union[tuple(settings for settings, _ in _LOADED.values())]  # noqa: UP007
+    TrafficSettings = Annotated[Annotated[_AnySettings, Field(discriminator="kind")], BeforeValidator(_named)]
 
 
 def usual(kind: str) -> TrafficSettings:
@@ -51,16 +57,11 @@ def make_traffic(settings: TrafficSettings, predictor: Predictor | None, scenari
 
     Traffic that drives members of predicted sets asks for a predictor, with a SettingError.
     """
-    match settings:
-        case DriverTrafficSettings():
-            return DriverTraffic(settings)
-        case ReplaySettings():
-            if not scenarios:
-                raise DataError("replayed traffic needs recorded scenes, got none; name some with --recording")
-            reacting = isinstance(settings, ReactiveReplaySettings)
-            return ReactiveReplayTraffic(scenarios, settings) if reacting else ReplayTraffic(scenarios, settings)
-        case SetSamplingSettings() | MixedTrafficSettings():
-            if predictor is None:
-                raise SettingError(f"{settings.kind} traffic drives members of predicted sets; give a predictor")
-            sampling = isinstance(settings, SetSamplingSettings)
-            return SetSamplingTraffic(predictor, settings) if sampling else MixedTraffic(predictor, settings)
+    model = _LOADED[settings.kind][1]
+    given = {"settings": settings, "predictor": predictor, "scenarios": scenarios}
+    taken = {name: given[name] for name in signature(model).parameters}
+    if not taken.get("scenarios", True):
+        raise DataError("replayed traffic needs recorded scenes, got none; name some with --recording")
+    if taken.get("predictor", True) is None:
+        raise SettingError(f"{settings.kind} traffic drives members of predicted sets; give a predictor")
+    return model(**taken)
