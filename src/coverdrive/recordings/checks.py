@@ -240,6 +240,8 @@ def wrong_time_step(what: str, dt: float) -> Iterator[str]:
     least, most = TIME_STEPS
     if not least <= dt <= most:
         hint = "check the unit of the times"
+        if least / 10 < dt < least:
+            hint = f"keep one in {np.ceil(least / dt):g} of the rows of each vehicle, or {hint}"
         if dt > most:
             few = f"at {1 / dt:.3g} Hz a lane change is too few points"
             hint = f"{few}, take a recording of {1 / most:g} Hz or more, or {hint}"

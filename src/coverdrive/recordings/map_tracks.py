@@ -15,17 +15,10 @@ from jaxtyping import Float, Num
 
 from coverdrive.errors import NoVehiclesError, RecordingError
 from coverdrive.recordings.files.boundary import naming
-from coverdrive.recordings.files.columns import (
-    LENGTH,
-    MOST_UNEVEN,
-    WIDTH,
-    check_whole,
-    moments_of,
-    plausible_sizes,
-    time_step,
-)
+from coverdrive.recordings.files.columns import LENGTH, WIDTH, check_whole, plausible_sizes
 from coverdrive.recordings.files.delimited import ROW
 from coverdrive.recordings.files.lanelet2 import Origin, read_lanelet2
+from coverdrive.recordings.files.times import MOST_UNEVEN, moments_of, time_step
 from coverdrive.recordings.roads.carriageway import Line, centred, check_apart, line_along, split_directions
 from coverdrive.recordings.roads.driven_road import driven_road, roads_of
 from coverdrive.recordings.roads.lanes import edges_from_centres, edges_from_lanes, edges_from_tracks, order_of
@@ -47,6 +40,9 @@ BESIDE_LINES = 3.0
 
 PAUSE, ELSEWHERE = 60.0, 5.0
 """[s] after which a number is that of another vehicle, and [m] between two places that are not the same"""
+
+APART, MOST_REPEATED = 0.01, 0.1
+"""[m] between two rows of a vehicle and moment that are not the same, and the share of all rows that may be such"""
 
 STEPS, LONGEST_STEPS, OPPOSED = 10, 1.0, -0.5
 """Rows and [s] at most over which motion and stated velocity are compared, and the share of agreement below which they
@@ -133,10 +129,8 @@ def _regular(file: Path, tracks: MapTracks, repairs: Counter[str]) -> tuple[pl.D
     if tracks.dt is not None:
         check_time_step(file, tracks.dt, "the time between two frames")
     dt = tracks.dt or time_step(file, table, "times are in seconds")
-    clock = table["clock"].to_numpy()
-    steps = clock / dt
-    steps -= steps[0] - np.rint(steps[0])
-    table = table.with_columns(pl.col("vehicle").cast(pl.Int64), moment=moments_of(file, steps, dt))
+    moment = moments_of(file, table["clock"].to_numpy(), dt)
+    table = table.with_columns(pl.col("vehicle").cast(pl.Int64), moment=moment)
     table = _numbered_anew(file, table.sort("vehicle", "moment", maintain_order=True), round(PAUSE / dt), repairs)
     _check_directions(file, table, dt)
     if "speed" not in table.columns:
@@ -148,10 +142,17 @@ def _regular(file: Path, tracks: MapTracks, repairs: Counter[str]) -> tuple[pl.D
 def _numbered_anew(file: Path, table: pl.DataFrame, pause: int, repairs: Counter[str]) -> pl.DataFrame:
     """Vehicles that come back after so many moments get another number, as where runs follow one another.
 
-    Refused are numbers that repeat at the same time. ``repairs`` gains ``split tracks``.
+    Refused are numbers that repeat at the same time, and times that repeat while vehicles move. ``repairs`` gains
+    ``split tracks``.
     """
     steps = table.select(pl.col("moment", "x", "y").diff().over("vehicle"))
-    twice = (steps["moment"] == 0) & ((steps["x"] ** 2 + steps["y"] ** 2).sqrt() > ELSEWHERE)
+    away = (steps["x"] ** 2 + steps["y"] ** 2).sqrt() * (steps["moment"] == 0)
+    twice, moved = away > ELSEWHERE, away > APART
+    if twice.sum() <= MOST_UNEVEN * len(table) and moved.sum() > MOST_REPEATED * len(table):
+        row = int(moved.arg_max() or 0)
+        found = f"vehicle {table['vehicle'][row]} is at two places at {table['clock'][row]:g} s, and so are others"
+        hint = "give times to the millisecond, as where they are rounded to less than there are frames"
+        raise RecordingError(file, f"{found}; expected a time for each row of a vehicle: {hint}", table[ROW][row])
     if twice.sum() > MOST_UNEVEN * len(table):
         row = int(twice.arg_max() or 0)
         found = f"the number {table['vehicle'][row]} of a vehicle is at two places at {table['clock'][row]:g} s"

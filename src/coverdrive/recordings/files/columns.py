@@ -7,23 +7,17 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 import polars as pl
-from jaxtyping import Float, Int
 
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.checks import LARGEST, LARGEST_WHOLE, LENGTHS, WIDTHS, wrong_usual_sizes
 from coverdrive.recordings.files.delimited import ROW, TEXTS, csv_layout, normalised, read_columns
-from coverdrive.recordings.tracks.reading import check_time_step
 
 LENGTH, WIDTH = 4.5, 1.8
 """[m] of a car, where the file does not tell"""
 
 MOST_ODD_SIZES = 0.05
 """Share of the rows whose length or width may be no vehicle's; more show another unit"""
-
-MOST_UNEVEN = 0.02
-"""Share of the rows whose time may be farther than a quarter of a step from a multiple of it"""
 
 MOST_EQUAL, CELLS = 20_000_000, 8
 """Cells of a Parquet file that are read in any case, and for each of its bytes; tracks have less than one"""
@@ -125,24 +119,3 @@ def plausible_sizes(file: Path, table: pl.DataFrame, repairs: Counter[str]) -> p
             own = pl.when(good).then(pl.col(name)).median().over("vehicle").fill_null(usual)
             table = table.with_columns(pl.when(good).then(pl.col(name)).otherwise(own).alias(name))
     return table
-
-
-def time_step(file: Path, table: pl.DataFrame, what: str) -> float:
-    """[s] the usual time between two rows of a vehicle, of the first hundred vehicles, from their ``clock`` [s]."""
-    some = table["vehicle"].unique(maintain_order=True).head(100)
-    tracks = table.select("vehicle", "clock").filter(pl.col("vehicle").is_in(some.implode())).sort("vehicle", "clock")
-    steps = np.diff(tracks["clock"].to_numpy())[np.diff(tracks["vehicle"].to_numpy()) == 0]
-    if not np.any(steps > 0):
-        raise RecordingError(file, "no vehicle was seen at two times; check that the file was copied whole")
-    dt = round(float(np.median(steps[steps > 0])), 6)
-    check_time_step(file, dt, f"the time between two rows of a vehicle ({what})")
-    return dt
-
-
-def moments_of(file: Path, steps: Float[np.ndarray, " R"], dt: float) -> Int[np.ndarray, " R"]:
-    """The moments nearest to the times of rows in steps of ``dt`` [s]; refused if many are between two."""
-    moment = np.rint(steps).astype(np.int64)
-    if np.mean(np.abs(steps - moment) > 0.25) > MOST_UNEVEN:
-        problem = f"the times of the rows are not multiples of {dt:g} s apart; expected one frame rate for all vehicles"
-        raise RecordingError(file, f"{problem}: resample the tracks")
-    return moment

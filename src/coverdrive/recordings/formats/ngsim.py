@@ -20,12 +20,11 @@ from coverdrive.recordings.files.columns import (
     LENGTH,
     WIDTH,
     check_whole,
-    moments_of,
     parquet_numbers,
     plausible_sizes,
-    time_step,
 )
 from coverdrive.recordings.files.delimited import ROW, Layout, csv_layout, read_columns
+from coverdrive.recordings.files.times import moments_of, time_step
 from coverdrive.recordings.formats.reader import AS_USUAL, How
 from coverdrive.recordings.roads.lanes import edges_from_lanes, edges_from_width, order_of
 from coverdrive.recordings.roads.partial_lanes import with_partial_lanes
@@ -127,7 +126,7 @@ def recordings_from_local(
     table = plausible_sizes(file, table, repairs)
     clock = table["clock"].to_numpy()
     dt = time_step(file, table, "Global_Time is in milliseconds")
-    moment = moments_of(file, (clock - clock.min()) / dt, dt)
+    moment = moments_of(file, clock - clock.min(), dt)
     table = table.with_columns(pl.col("vehicle", "frame").cast(pl.Int64), moment=moment)
     period = _periods(table["vehicle"].to_numpy(), moment, table["frame"].to_numpy(), dt)
     raw, edges = _in_road_frame(file, table)
