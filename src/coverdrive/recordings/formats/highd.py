@@ -18,6 +18,14 @@ from coverdrive.errors import RecordingError
 from coverdrive.recordings.files.columns import read_table
 from coverdrive.recordings.files.delimited import ROW
 from coverdrive.recordings.files.kinds import with_kinds
+from coverdrive.recordings.formats.descriptions import (
+    LISTED,
+    check_described,
+    check_recording,
+    companion,
+    described,
+    frame_rate,
+)
 from coverdrive.recordings.formats.reader import How
 from coverdrive.recordings.map_tracks import MapTracks
 from coverdrive.recordings.roads.carriageway import Line
@@ -30,48 +38,14 @@ CARRIAGEWAYS = {1: ("upper", "upperlanemarkings"), 2: ("lower", "lowerlanemarkin
 """Name of each driving direction, and the column of its lane markings"""
 
 
-def companion(file: Path, what: str) -> Path:
-    """The file beside a file of tracks that describes its vehicles (``tracksMeta``) or itself (``recordingMeta``)."""
-    stem, found, _ = file.name.rpartition("tracks")
-    path = file.with_name(f"{stem}{what}{file.suffix}")
-    if not found or not path.is_file():
-        problem = f"its description {path.name if found else f'NN_{what}.csv'} is not beside it"
-        raise RecordingError(file, f"{problem}; expected NN_tracks.csv, NN_tracksMeta.csv and NN_recordingMeta.csv")
-    return path
-
-
-def frame_rate(description: Path, repairs: Counter[str]) -> float:
-    """Frames per second, as the description of a recording states them."""
-    rate = float(read_table(description, ("framerate",), repairs)["framerate"][0])
-    if not rate > 0:
-        raise RecordingError(description, f"expected frames per second, got {rate:g}", 2, "frameRate")
-    return rate
-
-
-def described(file: Path, rows: pl.DataFrame, description: Path, listed: pl.DataFrame, name: str) -> pl.DataFrame:
-    """Rows with what a description lists of each ``vehicle``, whose column there has a name.
-
-    Refused are vehicles of which it says nothing, or two different things.
-    """
-    twice = listed.unique(pl.exclude(ROW), maintain_order=True).filter(pl.col("vehicle").is_duplicated())
-    if len(twice):
-        problem = f"vehicle {twice['vehicle'][0]:g} is described twice, differently; remove what is wrong"
-        raise RecordingError(description, problem, twice.filter(vehicle=twice["vehicle"][0])[ROW][-1], name)
-    known = listed.drop(ROW).unique("vehicle").with_columns(listed=True)
-    table = rows.join(known, on="vehicle", how="left", maintain_order="left")
-    for row in table["listed"].is_null().arg_true():
-        problem = f"vehicle {table['vehicle'][row]:g} is not in {description.name}"
-        raise RecordingError(file, f"{problem}; check that both are of one recording", table[ROW][row], name)
-    return table.drop("listed")
-
-
 def read_highd(file: Path, how: How) -> list[MapTracks]:
     """The tracks of both carriageways, each with its lane markings."""
     vehicles, description = companion(file, "tracksMeta"), companion(file, "recordingMeta")
     repairs: Counter[str] = Counter()
     rows = read_table(file, HIGHD.split(), repairs)
-    listed = read_table(vehicles, ("id", "drivingdirection", "class"), repairs)
-    about = read_table(description, (), repairs, [column for _, column in CARRIAGEWAYS.values()])
+    listed = read_table(vehicles, ("id", "drivingdirection", "class"), repairs, (*LISTED, "height"))
+    numbers = ("numvehicles", "numcars", "numtrucks")
+    about = read_table(description, (), repairs, (*numbers, *(column for _, column in CARRIAGEWAYS.values())))
     rate = frame_rate(description, repairs)
     if rows["width"].median() < rows["height"].median():  # pyright: ignore[reportOperatorIssue]
         problem = "most boxes are higher than wide; expected width along the road, that is the vehicle's length"
@@ -87,8 +61,14 @@ def read_highd(file: Path, how: How) -> list[MapTracks]:
         length="width",
         width="height",
     )
-    listed = listed.rename({"id": "vehicle", "drivingdirection": "direction"})
-    table = described(file, table, vehicles, listed, "id")
+    kinds = listed.select(ROW, "class", vehicle="id", direction="drivingdirection")
+    table = described(file, table, vehicles, kinds, "id")
+    check_described(file, rows, vehicles, listed, "id", ("width", "height"))
+    once = listed.unique("id")["class"]
+    check_recording(description, about, {"numvehicles": len(once)}, vehicles.name)
+    if once.is_in(("car", "truck")).all():
+        own = {f"num{kind}s": int((once == kind).sum()) for kind in ("car", "truck")}
+        check_recording(description, about, own, vehicles.name)
     for row in (~table["direction"].is_in([float(each) for each in CARRIAGEWAYS])).arg_true():
         found = f"vehicle {table['vehicle'][row]:g} has no drivingDirection 1 or 2 in {vehicles.name}"
         raise RecordingError(file, f"{found}; check that both files are of one recording", table[ROW][row], "id")
@@ -121,8 +101,9 @@ def read_levelx(file: Path, how: How) -> list[MapTracks]:
     """The tracks of all vehicles; pedestrians and bicycles are left out."""
     vehicles, description = companion(file, "tracksMeta"), companion(file, "recordingMeta")
     repairs: Counter[str] = Counter()
-    rows = read_table(file, LEVELX.split(), repairs)
-    listed = read_table(vehicles, ("trackid", "class"), repairs)
+    rows = read_table(file, LEVELX.split(), repairs, ("recordingid",))
+    listed = read_table(vehicles, ("trackid", "class"), repairs, (*LISTED, "length", "recordingid"))
+    about = read_table(description, ("xutmorigin", "yutmorigin"), repairs, ("numtracks", "recordingid"))
     rate = frame_rate(description, repairs)
     table = rows.select(
         ROW,
@@ -136,7 +117,14 @@ def read_levelx(file: Path, how: How) -> list[MapTracks]:
         vy="yvelocity",
         heading=pl.col("heading") * (np.pi / 180),
     )
-    table = described(file, table, vehicles, listed.rename({"trackid": "vehicle"}), "trackId")
+    kinds = listed.select(ROW, "class", vehicle="trackid")
+    table = described(file, table, vehicles, kinds, "trackId")
+    if "recordingid" in rows.columns:
+        own = {"recordingid": rows["recordingid"][0]}
+        for other, numbers in ((file, rows), (vehicles, listed), (description, about)):
+            check_recording(other, numbers, own, f"the first row of {file.name}")
+    check_described(file, rows, vehicles, listed, "trackid", ("length", "width"))
+    check_recording(description, about, {"numtracks": listed["trackid"].n_unique()}, vehicles.name)
     name = name_of(file).removesuffix("_tracks")
-    x, y = (float(place[0]) for place in read_table(description, ("xutmorigin", "yutmorigin"), repairs)[:, 1:])
+    x, y = about["xutmorigin"][0], about["yutmorigin"][0]
     return [MapTracks(name, with_kinds(table, repairs), origin=lambda _: (x, y), dt=1 / rate, repairs=repairs)]
