@@ -39,7 +39,11 @@ def wholes(name: str, values: Any, least: int = 0, most: int | None = None) -> t
 
 def finite(name: str, value: Any) -> float:
     """A finite number of Python's or NumPy's."""
-    if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
+    try:
+        fine = not isinstance(value, bool) and isinstance(value, Real) and math.isfinite(value)
+    except OverflowError:  # of whole numbers
+        fine = False
+    if not fine:
         raise SettingError(f"{name}: expected a number, got {shown(value)}")
     return float(value)
 
@@ -51,7 +55,7 @@ def path_of(name: str, value: Any, others: str = "") -> Path:
 
 def paths_of(name: str, values: Any) -> tuple[Path, ...]:
     """A single such path, or several."""
-    return tuple(path_of(name, each) for each in _several(values, (str, os.PathLike)))
+    return tuple(path_of(name, each) for each in _several(values, (str, bytes, os.PathLike)))
 
 
 def of_kind(name: str, value: Any, kind: Any, expected: str) -> Any:

@@ -17,7 +17,7 @@ from coverdrive.planning.planner import PlannerSettings
 from coverdrive.prediction.fit import PredictionSettings
 from coverdrive.progress import stage
 from coverdrive.recordings.checks import TIME_STEPS
-from coverdrive.recordings.read import read
+from coverdrive.recordings.read import choices_for, read
 from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.tracks.resampling import STEP
 from coverdrive.recordings.tracks.smoothing import SmoothingSettings
@@ -125,11 +125,18 @@ class Experiment(Settings):
         """
         return checked(Experiment, merged(self.model_dump(), changes))
 
-    def recordings(self, paths: Sequence[Path]) -> tuple[Recording, ...]:
-        """The recordings in some files and folders, or generated traffic where none is given."""
+    def recordings(self, paths: Sequence[Path], stored: bool = False) -> tuple[Recording, ...]:
+        """The recordings in some files and folders, or generated traffic where none is given.
+
+        Settings that are ``stored`` with results may be of other recordings: a location and a map that none of these
+        takes are left out, instead of refused.
+        """
         with stage("recordings"):
             if paths:
-                return read(paths, self.location, self.smoothing, self.format, self.dt, self.map)
+                given: dict[str, str | None] = {"location": self.location, "map": self.map}
+                if stored and any(given.values()):
+                    given = {name: given[name] for name in choices_for(paths, self.format)}
+                return read(paths, smoothing=self.smoothing, format=self.format, dt=self.dt, **given)
             return generate(self.generated, self.seed)
 
     def save(self, path: Path) -> None:

@@ -264,7 +264,7 @@ class Results:
         """
 
         def scenarios() -> Sequence[Scenario]:
-            read = self.experiment.recordings(recordings)
+            read = self.experiment.recordings(recordings, stored=True)
             left = self.seen.unseen(read)
             if not left:
                 raise DataError(
@@ -359,7 +359,7 @@ class Results:
         theirs = Results(paper or (folder or self.folder) / PAPER)
         by_paper = paper is None and not theirs.holds_fit and not {"paper", "paper-sets"}.isdisjoint(names)
         needed = self.can_replay(recordings) and (by_paper or "constant-velocity-box" in names)
-        read = self.experiment.recordings(recordings) if needed else ()
+        read = self.experiment.recordings(recordings, stored=True) if needed else ()
         read = read if read and self.seen.from_all(read) else ()
         if by_paper and read:
             changed = self.experiment.model_copy(update={"prediction": paper_settings_like(self.settings)})
@@ -428,7 +428,7 @@ class Results:
         Too few groups prove nothing of drives. Everything uses the scale from then on. Arguments and errors as of
         `dial`, and a DataError if all scenes share vehicles.
         """
-        read = self.experiment.recordings(recordings)
+        read = self.experiment.recordings(recordings, stored=True)
         folder = self.folder / self.study_name(experiment.traffic.kind, road, DIAL)
         setup = replace(self.study(experiment, recordings).setup, scenarios=())
         with alone(folder):

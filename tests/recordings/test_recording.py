@@ -1,14 +1,17 @@
 """A recording's moments: single scenes and all frames at once, against a slow loop."""
 
+from typing import Any
+
 import numpy as np
 import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from coverdrive.errors import DataError
+from coverdrive.errors import DataError, SettingError
 from coverdrive.recordings.recording import MEASURES, SCHEMA, Recording
 from coverdrive.road import Road
+from shape_checks import unchecked
 
 
 def recording_of(spans: list[tuple[int, int]], dt: float = 0.1) -> Recording:
@@ -50,6 +53,12 @@ def test_moments_without_vehicles_have_empty_scenes():
 def test_times_outside_of_the_recording_are_refused(time: float):
     with pytest.raises(DataError, match=r"test lasts from 0 s to 0.6 s; got the time"):
         recording_of([(0, 5), (3, 4)]).scene_at(time)
+
+
+@pytest.mark.parametrize("time", [float("nan"), float("inf"), -float("inf"), 10**400, "now", None])
+def test_times_that_are_no_numbers_are_named(time: Any):
+    with unchecked(), pytest.raises(SettingError, match="time: expected a number, got"):
+        recording_of([(0, 5)]).scene_at(time)
 
 
 def test_other_columns_are_refused():

@@ -16,19 +16,28 @@ from jaxtyping import Int
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from coverdrive.arguments import paths_of
+from coverdrive.arguments import of_kind, path_of, paths_of
 from coverdrive.errors import NoVehiclesError, RecordingError
 from coverdrive.garbage import not_looking_for_garbage
 from coverdrive.progress import part
 from coverdrive.recordings.files.boundary import naming
 from coverdrive.recordings.formats import registry as registry
-from coverdrive.recordings.formats.reader import SUFFIXES, How, belongs_to_another, reader_of, readers
+from coverdrive.recordings.formats.reader import (
+    CHOICES,
+    SUFFIXES,
+    How,
+    belongs_to_another,
+    check_taken,
+    reader_of,
+    readers,
+    taken_by,
+)
 from coverdrive.recordings.map_tracks import MapTracks, readings_from_map
 from coverdrive.recordings.recording import Recording, vehicle_keys
 from coverdrive.recordings.tracks.numbering import Numbers, same_numbers, site_of
 from coverdrive.recordings.tracks.overlap import shared_vehicles
 from coverdrive.recordings.tracks.reading import Reading, tracks_of
-from coverdrive.recordings.tracks.resampling import STEP, resampled
+from coverdrive.recordings.tracks.resampling import STEP, check_step, resampled
 from coverdrive.recordings.tracks.smoothing import SmoothingSettings
 
 BLOCK = 60.0
@@ -62,14 +71,22 @@ def read(
     Args:
         paths: one or several files, or folders whose files of a known kind are read in natural order (2 before 10);
             those without vehicles are skipped, and named in the notes of the first recording.
-        location: the site to read from NGSIM files that hold several.
+        location: the site to read from NGSIM files that hold several; refused if no file is of NGSIM, with columns.
         smoothing: how positions are smoothed.
         format: name of the files' format, one of `coverdrive.readers`; without it, each file shows its own.
         dt: time step [s] of the recordings; those of another one are resampled.
-        map: Lanelet2 map of the road, for exiD, inD, rounD, uniD and INTERACTION.
+        map: Lanelet2 map of the road, for exiD, inD, rounD, uniD and INTERACTION; refused if no file is of these.
 
+    Raises:
+        SettingError: an argument is of a wrong kind, or the time step is none of traffic.
+        RecordingError: there is no file, or one cannot be read as what it claims to be; the message names the place.
     """
-    how = How(location, smoothing or SmoothingSettings(), None if map is None else Path(map))
+    smoothing = SmoothingSettings() if smoothing is None else smoothing
+    of_kind("smoothing", smoothing, SmoothingSettings, "SmoothingSettings")
+    for name, given in (("location", location), ("format", format)):
+        of_kind(name, given, str | None, "a name")
+    how = How(location, smoothing, None if map is None else path_of("map", map))
+    check_step(dt)
     readings: list[Reading] = []
     origin: list[int] = []
     skipped = dict[Path, NoVehiclesError]()
@@ -77,6 +94,7 @@ def read(
     files = [file for path in named for file in _files(path)]
     if not files:
         raise RecordingError("no file", "there is nothing to read; name at least one file or folder")
+    check_taken(files, format, [name for name in CHOICES if getattr(how, name)])
     namesakes = dict[str, list[Path]]()
     for number, file in enumerate(files):
         with part(number, len(files)):
@@ -94,6 +112,11 @@ def read(
             raise next(iter(skipped.values()))
         readings[0].recording.notes["skipped"] = _without_vehicles([file.name for file in skipped])
     return tuple(resampled(recording, dt, how.smoothing) for recording in _grouped(readings, origin))
+
+
+def choices_for(paths: Sequence[Path], format: str | None) -> frozenset[str]:
+    """Which of ``location`` and ``map`` the formats of files, and of those in folders, take."""
+    return taken_by([file for path in paths for file in _files(path)], format)
 
 
 def together(recordings: Sequence[Recording]) -> tuple[Recording, ...]:

@@ -12,6 +12,7 @@ import numpy as np
 import polars as pl
 from jaxtyping import Float, Int
 
+from coverdrive.arguments import finite
 from coverdrive.errors import DataError
 from coverdrive.recordings.checks import check
 from coverdrive.road import Road
@@ -111,8 +112,12 @@ class Recording:
         return np.rint(self.table["time"].to_numpy() / self.dt).astype(np.int64)
 
     def scene_at(self, time: float) -> Scene:
-        """The A vehicles present at a time [s] from the first to the last row, rounded to the time grid, as seen."""
-        moment = round(time / self.dt)
+        """The A vehicles present at a time [s] from the first to the last row, rounded to the time grid, as seen.
+
+        Raises:
+            SettingError, DataError: the time is no number, or before the first row or after the last one.
+        """
+        moment = round(finite("time", time) / self.dt)
         first, last = int(self._moment.min()), int(self._moment.max())
         if not first <= moment <= last:
             lasts = f"{self.name} lasts from {first * self.dt:g} s to {last * self.dt:g} s"

@@ -179,7 +179,7 @@ def _unseen(
     boxed, experiment = "constant-velocity-box" in planners, results.experiment
     if not boxed and not any(name == "default" or ":" in name for name in planners):
         return problems
-    recordings, fits = experiment.recordings(recording), folder / "fits"
+    recordings, fits = experiment.recordings(recording, stored=True), folder / "fits"
     made_of = recording, recordings, experiment.prediction, experiment.seed, fits
     return {
         name: replace(each, known=unseen_of(known, each.files, *made_of, boxed=boxed))

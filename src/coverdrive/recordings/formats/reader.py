@@ -11,7 +11,7 @@ knows them, too; each is a function without arguments that calls `register_reade
 
 import re
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -35,6 +35,9 @@ FIRST = 2**23
 """Bytes of a JSON file in which its keys are looked for: lists of numbers between them are long"""
 
 ENTRY_POINTS = "coverdrive.readers"
+
+CHOICES = {"location": "it holds one site", "map": "where its tracks are on a map is not known"}
+"""What only some formats take, and why others do not"""
 
 
 class Head(NamedTuple):
@@ -74,6 +77,8 @@ class Reader(NamedTuple):
     """whether a file belongs to one of this format, with which it is read"""
     numbers: Numbers = "unsaid"
     """what equal vehicle numbers in two files of one site mean"""
+    takes: Collection[str] = tuple(CHOICES)
+    """what of `How` it uses, besides the smoothing"""
 
 
 _readers: dict[str, Reader] = {}
@@ -89,6 +94,7 @@ def register_reader(
     recognise: Callable[[Head], bool] = _never,
     accompanies: Callable[[Head], bool] = _never,
     numbers: Numbers = "unsaid",
+    takes: Collection[str] = tuple(CHOICES),
 ) -> None:
     """Add a format, or replace the one of this name; the last one added is asked first whether a file is its own.
 
@@ -99,10 +105,11 @@ def register_reader(
         accompanies: whether a file belongs to one of this format, such as a description; in a folder it is passed over.
         numbers: what equal vehicle numbers in two files of one site mean: one vehicle ("stable"), nothing ("restart"),
             or whatever sizes say.
+        takes: which of ``location`` and ``map`` it uses.
 
     """
     _readers.pop(name, None)
-    _readers[name] = Reader(name, read, recognise, accompanies, numbers)
+    _readers[name] = Reader(name, read, recognise, accompanies, numbers, takes)
 
 
 def having(*columns: str) -> Callable[[Head], bool]:
@@ -189,3 +196,25 @@ def reader_of(file: Path, name: str | None = None) -> Reader:
             raise RecordingError(file, f"{problem}; name the file of the tracks, or the folder of both")
     problem = f"unknown columns {', '.join(sorted(head.columns)) or '(none)'}; if it is of one of the formats"
     raise RecordingError(file, f"{problem} {', '.join(known)}, name that (--format)")
+
+
+def taken_by(files: Iterable[Path], name: str | None = None) -> frozenset[str]:
+    """Which of `CHOICES` the readers of some files take; text without a header names no site.
+
+    Raises:
+        RecordingError: there is no reader for one.
+    """
+    taken = set[str]()
+    for file in files:
+        with naming(file):
+            reader, head = reader_of(file, name), head_of(file)
+        taken.update(each for each in reader.takes if each == "map" or head.columns or head.suffix == ".xml")
+    return frozenset(taken)
+
+
+def check_taken(files: Sequence[Path], name: str | None, given: Collection[str]) -> None:
+    """Refuse what is given of `CHOICES` if the reader of no file takes it."""
+    for each in sorted(set(given) - taken_by(files, name)) if given else ():
+        formats = ", ".join(known.name for known in readers().values() if each in known.takes)
+        problem = f"{CHOICES[each]}; --{each} is for the formats {formats}"
+        raise RecordingError(files[0], f"{problem}, this is {reader_of(files[0], name).name}: leave the {each} out")

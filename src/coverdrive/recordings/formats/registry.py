@@ -32,15 +32,17 @@ register_reader(
     lambda head: (
         head.suffix in (".csv", ".txt") and (not head.columns or bool(head.columns & {"vehicle_id", "local_x"}))
     ),
+    takes=("location",),
 )
-register_reader("NGSIM-metric", read_metric, having("vehicle_id local_x_m local_y_m"), numbers="restart")
-register_reader("CitySim", refuse_citysim, having("carcenterx boundingbox1x"))
+register_reader("NGSIM-metric", read_metric, having("vehicle_id local_x_m local_y_m"), numbers="restart", takes=())
+register_reader("CitySim", refuse_citysim, having("carcenterx boundingbox1x"), takes=())
 register_reader(
     "highD",
     read_highd,
     having(HIGHD),
     having("id framerate locationid", "id initialframe finalframe numframes"),
     "restart",
+    (),
 )
 register_reader(
     "exiD",
@@ -48,16 +50,18 @@ register_reader(
     having(LEVELX),
     having("recordingid framerate locationid", "recordingid trackid initialframe finalframe"),
     "restart",
+    ("map",),
 )
-register_reader("TGSIM", read_tgsim, having(TGSIM), has_centre_lines)
+register_reader("TGSIM", read_tgsim, having(TGSIM), has_centre_lines, takes=())
 register_reader(
     "INTERACTION",
     read_interaction,
     having(INTERACTION),
     lambda head: having("track_id frame_id timestamp_ms agent_type x y vx vy")(head) and "psi_rad" not in head.columns,
     "restart",
+    ("map",),
 )
-register_reader("MONA", read_mona, having(MONA))
-register_reader("I-24", read_i24, having("timestamp x_position y_position direction coarse_vehicle_class"))
-register_reader("CommonRoad", read_commonroad, lambda head: head.suffix == ".xml")
-register_reader("own", lambda file, how: read_parquet(file), lambda head: head.own, numbers="restart")
+register_reader("MONA", read_mona, having(MONA), takes=())
+register_reader("I-24", read_i24, having("timestamp x_position y_position direction coarse_vehicle_class"), takes=())
+register_reader("CommonRoad", read_commonroad, lambda head: head.suffix == ".xml", takes=())
+register_reader("own", lambda file, how: read_parquet(file), lambda head: head.own, numbers="restart", takes=())

@@ -12,6 +12,7 @@ import numpy as np
 import polars as pl
 from jaxtyping import Float
 
+from coverdrive.arguments import finite
 from coverdrive.errors import SettingError
 from coverdrive.recordings.checks import TIME_STEPS
 from coverdrive.recordings.recording import Recording
@@ -26,13 +27,18 @@ SAME = 1e-9
 Rows = Float[np.ndarray, " R"]
 
 
+def check_step(dt: float) -> None:
+    """Refuse a time step [s] that no recording of traffic has."""
+    if not TIME_STEPS[0] <= finite("dt", dt) <= TIME_STEPS[1]:
+        raise SettingError(f"the time step is {dt:g} s; expected {TIME_STEPS[0]} to {TIME_STEPS[1]:g} s")
+
+
 def resampled(recording: Recording, dt: float, settings: SmoothingSettings) -> Recording:
     """The recording with a row of every vehicle at each multiple of ``dt`` [s]; itself if it has this step.
 
     Its note ``resampled`` says from which rate and through which filter.
     """
-    if not TIME_STEPS[0] <= dt <= TIME_STEPS[1]:
-        raise SettingError(f"the time step is {dt:g} s; expected {TIME_STEPS[0]} to {TIME_STEPS[1]:g} s")
+    check_step(dt)
     if abs(recording.dt - dt) < SAME:
         return recording
     table = recording.table
