@@ -49,7 +49,8 @@ WHOSE = {
 @pytest.mark.parametrize(("name", "choice"), [(name, each) for name in FILES for each in FILES[name][1].split()])
 def test_what_a_format_does_not_take_is_refused(name: str, choice: str, tmp_path: Path):
     with pytest.raises(RecordingError, match=WHOSE[choice].format(name)):
-        cd.read(FILES[name][0](tmp_path), **{choice: "us-101"})
+        given: dict[str, Any] = {choice: "us-101"}
+        cd.read(FILES[name][0](tmp_path), **given)
 
 
 def test_text_without_a_header_names_no_site(write_text: Callable[..., Path]):
@@ -91,6 +92,6 @@ def test_settings_of_results_are_left_out_where_they_are_of_other_recordings(tmp
     ],
 )
 def test_arguments_of_a_wrong_kind_are_named(arguments: dict[str, Any], complaint: str, tmp_path: Path):
-    given = {"paths": FILES["CommonRoad"][0](tmp_path)} | arguments
+    given: dict[str, Any] = {"paths": FILES["CommonRoad"][0](tmp_path)} | arguments
     with unchecked(), pytest.raises(SettingError, match=complaint):
         cd.read(**given)

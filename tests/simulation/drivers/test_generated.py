@@ -1,14 +1,17 @@
 """Generated traffic obeys physics, is mixed, and repeats."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import polars as pl
 import pytest
 
+from coverdrive.errors import SettingError
 from coverdrive.progress import heard_by, stage
-from coverdrive.recordings.checks import ENOUGH
+from coverdrive.recordings.checks import ENOUGH, LANE_WIDTHS, TIME_STEPS
 from coverdrive.recordings.recording import SCHEMA, Recording
+from coverdrive.settings import checked
 from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
 
 
@@ -134,3 +137,25 @@ def test_shared_names_of_groups_rise_with_the_scenes():
     recordings = generate(GeneratedSettings(scenes=26, duration=1.0, vehicles=(2, 3)))
     assert [recording.table["group"][0] for recording in recordings] == list(range(26))
     assert len({recording.name for recording in recordings}) == 26
+
+
+@pytest.mark.parametrize(
+    ("changes", "problem"),
+    [
+        ({"dt": 0.01}, "dt: Input should be greater than or equal to 0.02, got 0.01"),
+        ({"lane_width": 8}, "lane_width: Input should be less than or equal to 7.5, got 8"),
+        ({"speed_limit": 95}, "a limit of 95 m/s is more than 90 m/s; 120 is none"),
+        ({"speed": (100, 110)}, r"up to 120 m/s, which is more than 90 m/s; lower speed, drivers\.desired_speed or"),
+        ({"drivers": {"desired_speed": 80}}, r"up to 99\.2 m/s, which is more than 90 m/s"),
+    ],
+)
+def test_what_no_recording_may_be_is_refused_with_the_settings(changes: dict[str, Any], problem: str):
+    with pytest.raises(SettingError, match=problem):
+        checked(GeneratedSettings, changes)
+
+
+def test_settings_at_the_limits_of_recordings_generate():
+    few: dict[str, Any] = {"scenes": 1, "duration": 20.0, "vehicles": (2, 3), "speed": (80, 81), "dt": TIME_STEPS[0]}
+    (recording,) = generate(GeneratedSettings(lane_width=LANE_WIDTHS[1], **few))
+    assert recording.table["speed"].to_numpy().max() > 40
+    assert generate(GeneratedSettings(speed=(100, 110), speed_limit=80, scenes=1, duration=1.0, vehicles=(2, 3)))

@@ -14,6 +14,7 @@ from pydantic import Field, model_validator
 
 from coverdrive.arguments import of_kind, whole
 from coverdrive.progress import done
+from coverdrive.recordings.checks import FASTEST, LANE_WIDTHS, TIME_STEPS
 from coverdrive.recordings.recording import MEASURES, SCHEMA, Recording
 from coverdrive.recordings.tracks.reading import regular_table
 from coverdrive.recordings.tracks.repair import RawTracks
@@ -22,7 +23,7 @@ from coverdrive.settings import InOrder
 from coverdrive.simulation.drivers.freeway import DECISION, Freeway
 from coverdrive.simulation.drivers.idm_mobil import TRUCK_LENGTH, TRUCK_PACE, DriverSettings, draw_drivers
 from coverdrive.simulation.roads.course import Course
-from coverdrive.simulation.roads.settings import RoadSettings
+from coverdrive.simulation.roads.settings import UNLIMITED, RoadSettings
 
 BATCH = 24
 """Scenes that are driven at once"""
@@ -32,6 +33,9 @@ WARM_UP = 10.0
 
 MOOD_PAUSE = 12.0
 """[s] between two times that somebody slows down without a reason, on average"""
+
+FRONT_PACE = (0.85, 1.1)
+"""Desired speeds of those in front, as shares of the speed at which the vehicles of their scene start"""
 
 _FARTHEST = 1e4
 """[m] a road that is longer than anybody drives"""
@@ -50,9 +54,9 @@ class GeneratedSettings(RoadSettings):
     """number of independent scenes; 48 of them hold over 200,000 windows of 3 s at a stride of 0.1 s"""
     duration: float = Field(default=20.0, ge=1, le=3600)
     """[s] of each scene"""
-    dt: float = Field(default=0.1, ge=0.01, le=0.2)
+    dt: float = Field(default=0.1, ge=TIME_STEPS[0], le=0.2)
     """[s] as in NGSIM"""
-    lane_width: float = Field(default=3.6, ge=3, le=10)
+    lane_width: float = Field(default=3.6, ge=3, le=LANE_WIDTHS[1])
     """[m] the US freeway standard (AASHTO)"""
     vehicles: Annotated[tuple[_Count, _Count], InOrder] = (20, 30)
     """fewest and most vehicles of a scene"""
@@ -69,6 +73,17 @@ class GeneratedSettings(RoadSettings):
     """[m] largest amplitude of the lateral motion within the lane"""
     noise: float = Field(default=0.0, ge=0, le=10)
     """[m] standard deviation of the measured positions; if positive, they are smoothed like recorded ones"""
+
+    @model_validator(mode="after")
+    def _is_no_faster_than_recorded(self) -> "GeneratedSettings":
+        limit, wanted = self.speed_limit, self.drivers.desired_speed * (1 + 2 * self.drivers.spread)
+        if FASTEST < limit < UNLIMITED:
+            raise ValueError(f"a limit of {limit:g} m/s is more than {FASTEST:g} m/s; {UNLIMITED:g} is none")
+        fastest = min(limit, max(wanted, FRONT_PACE[1] * self.speed[1]))
+        if fastest > FASTEST:
+            found = f"drivers want to drive up to {fastest:.3g} m/s, which is more than {FASTEST:g} m/s"
+            raise ValueError(f"{found}; lower speed, drivers.desired_speed or speed_limit")
+        return self
 
     @model_validator(mode="after")
     def _fits_into_memory(self) -> "GeneratedSettings":
@@ -147,7 +162,7 @@ def _start(settings: GeneratedSettings, random: np.random.Generator, scenes: int
     rear = np.where(valid, lon, 0.0).min(axis=1, keepdims=True)
     on_ramp = valid & (lane < ramp)
     lon = lon - np.where(on_ramp, np.where(on_ramp, lon, np.inf).min(axis=1, keepdims=True) - rear, 0.0)
-    drivers.desired_speed[front] = (pace * random.uniform(0.85, 1.1, shape))[front]
+    drivers.desired_speed[front] = (pace * random.uniform(*FRONT_PACE, shape))[front]
     limits = ((0, settings.wander), (150, 400), (0, 2 * np.pi))
     wander = np.stack([random.uniform(*between, shape) for between in limits], axis=-1)
     lon, course = lon - rear + 20.0, Course(road)
