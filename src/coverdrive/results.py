@@ -269,7 +269,7 @@ class Results:
             if not left:
                 raise DataError(
                     f"nothing of the {len(read)} recordings is left to replay: all of it trained or calibrated the "
-                    "predictor; name entirely new ones with --recording"
+                    "predictor, or shows vehicles that did; name entirely new ones with --recording"
                 )
             return cut_scenarios(left)
 

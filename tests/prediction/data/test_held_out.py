@@ -11,10 +11,11 @@ import pytest
 from coverdrive.errors import DataError
 from coverdrive.prediction.data.held_out import Seen
 from coverdrive.prediction.data.segments import cut_segments
-from coverdrive.prediction.data.split import both_ways
+from coverdrive.prediction.data.split import both_ways, split
 from coverdrive.prediction.fit import Fit
 from coverdrive.recordings.read import read
-from coverdrive.recordings.recording import Recording
+from coverdrive.recordings.recording import SCHEMA, Recording
+from coverdrive.road import Road
 from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
 
 
@@ -55,6 +56,37 @@ def test_tracks_come_back_from_their_file(fitted: Fit, tmp_path: Path) -> None:
     fitted.seen.save(tmp_path / "seen.parquet")
     again = Seen.load(tmp_path / "seen.parquet", fitted.seen.sources)
     assert again.tracks.equals(fitted.seen.tracks) and len(again.tracks)
+
+
+def crossing() -> Recording:
+    """Blocks of 20 s; every vehicle is seen for 15 s, the next one 5 s later."""
+    vehicle, moment = np.divmod(np.arange(31 * 150), 150)
+    time = np.round(5.0 * vehicle + 0.1 * moment, 1)
+    columns = {
+        "vehicle": vehicle,
+        "group": (time // 20).astype(np.int64),
+        "time": time,
+        "lon": 22.0 * 0.1 * moment,
+        "lat": 1.8 + 3.6 * (vehicle % 3),
+        "speed": 22.0,
+        "heading": 0.0,
+        "length": 4.6,
+        "width": 1.9,
+    }
+    return Recording("crossing", pl.DataFrame(columns, schema=SCHEMA), 0.1, Road.straight(), {})
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_scenes_at_a_border_that_vehicles_cross_are_not_replayed(seed: int) -> None:
+    recording = crossing()
+    segments = cut_segments([recording])
+    sides = split(segments.vehicle, segments.group, seed=seed)
+    made_of = np.concatenate([sides.train, sides.calibration])
+    (kept,) = Seen.of([recording], segments, sides).unseen([recording])
+    assert not np.isin(kept.table["identity"].to_numpy(), segments.vehicle[made_of]).any()
+    tested = set(segments.group[sides.test].tolist())
+    left = set(kept.table["group"].to_list())
+    assert left < tested and len(left) == len(tested) - 1
 
 
 WINDOW = 3.1

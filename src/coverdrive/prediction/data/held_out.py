@@ -3,7 +3,9 @@
 The tracks of all that trained or calibrated are kept. A recording shows something of them if a vehicle in it moves as
 one of them (`coverdrive.recordings.tracks.overlap`), or has the number and the size of one within a site
 (`coverdrive.recordings.tracks.numbering`), however it is cut, shifted, numbered or called. Keys of vehicles and numbers
-of groups depend on what is read together, and are not asked. A scene is what one recording shows of one group.
+of groups depend on what is read together, and are not asked. A scene is what one recording shows of one group. Those
+of the test side that show a vehicle that trained or calibrated, as at a border of the minutes of a long recording, are
+left out like those that did.
 """
 
 from collections.abc import Iterator, Sequence
@@ -44,9 +46,9 @@ class Source:
     dt: float
     """[s] between two rows of a track"""
     used: tuple[str, ...]
-    """fingerprints of its scenes that trained or calibrated"""
+    """fingerprints of its scenes that trained or calibrated, or show a vehicle that did"""
     held_out: tuple[str, ...]
-    """fingerprints of those that are on the test side only"""
+    """fingerprints of the others on the test side"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,13 +63,20 @@ class Seen:
     @staticmethod
     def of(recordings: Sequence[Recording], segments: Segments, split: Split) -> "Seen":
         """What is to be remembered of the recordings that were split."""
-        used = segments.group[np.concatenate([split.train, split.calibration])]
+        made_of = np.concatenate([split.train, split.calibration])
+        used, vehicles = segments.group[made_of], np.unique(segments.vehicle[made_of])
         free = np.setdiff1d(segments.group[split.test], used)
         sources = list[Source]()
         for each in recordings:
-            digests = {int(table["group"][0]): digest for table, digest in _scenes(each)}
-            sides = (tuple(digest for group, digest in digests.items() if group in side) for side in (used, free))
-            sources.append(Source(each.name, len(each.table), digest_of(each), numbers_of(each), each.dt, *sides))
+            sides = list[str](), list[str]()
+            for table, digest in _scenes(each):
+                group = table["group"][0]
+                if group in used or np.isin(table["identity"].to_numpy(), vehicles).any():
+                    sides[0].append(digest)
+                elif group in free:
+                    sides[1].append(digest)
+            own = each.name, len(each.table), digest_of(each), numbers_of(each), each.dt
+            sources.append(Source(*own, *map(tuple, sides)))
         return Seen(tuple(sources), pl.concat(_tracks(each, used, n) for n, each in enumerate(recordings)))
 
     def save(self, path: Path) -> None:
@@ -82,8 +91,8 @@ class Seen:
     def unseen(self, recordings: Sequence[Recording]) -> tuple[Recording, ...]:
         """The recordings without all that trained or calibrated.
 
-        One that the predictor was made from is left with its scenes of the test side; one that shares no vehicle with
-        what trained or calibrated is left as a whole.
+        One that the predictor was made from is left with its scenes of the test side that show no vehicle that trained
+        or calibrated; one that shares no vehicle with what did is left as a whole.
 
         Raises:
             DataError: one shows vehicles that trained or calibrated, but is not as it was then.
