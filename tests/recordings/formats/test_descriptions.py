@@ -66,46 +66,21 @@ def test_the_list_of_another_recording(number: str, tmp_path: Path):
 
 
 @pytest.mark.parametrize(
-    ("number", "file", "changes", "problem"),
+    ("number", "file", "column", "got", "expected"),
     [
-        (
-            "01",
-            "recordingMeta",
-            {"numVehicles": pl.lit(1047)},
-            r"row 2, column numvehicles: got 1047; expected \d+, as in 01",
-        ),
-        (
-            "01",
-            "recordingMeta",
-            {"numTrucks": pl.lit(1047)},
-            r"row 2, column numtrucks: got 1047; expected \d+, as in 01",
-        ),
-        (
-            "03",
-            "recordingMeta",
-            {"numTracks": pl.lit(871)},
-            r"row 2, column numtracks: got 871; expected \d+, as in 03",
-        ),
-        (
-            "03",
-            "recordingMeta",
-            {"recordingId": pl.lit(4)},
-            r"row 2, column recordingid: got 4; expected 3, as in the first",
-        ),
-        (
-            "03",
-            "tracksMeta",
-            {"recordingId": pl.lit(4)},
-            r"row 2, column recordingid: got 4; expected 3, as in the first",
-        ),
-        ("03", "tracks", third("recordingId", pl.lit(4)), r"row 4, column recordingid: got 4; expected 3"),
+        ("01", "recordingMeta", "numVehicles", 1047, r"\d+, as in 01"),
+        ("01", "recordingMeta", "numTrucks", 1047, r"\d+, as in 01"),
+        ("03", "recordingMeta", "numTracks", 871, r"\d+, as in 03"),
+        ("03", "recordingMeta", "recordingId", 4, "3, as in the first"),
+        ("03", "tracksMeta", "recordingId", 4, "3, as in the first"),
+        ("03", "tracks", "recordingId", 4, "3"),
     ],
 )
-def test_numbers_of_another_recording(
-    number: str, file: str, changes: dict[str, pl.Expr], problem: str, tmp_path: Path
-):
-    tracks = WRITERS[number](tmp_path, REAL)
-    changed(tmp_path / f"{number}_{file}.csv", **changes)
+def test_numbers_of_another_recording(number: str, file: str, column: str, got: int, expected: str, tmp_path: Path):
+    tracks, value = WRITERS[number](tmp_path, REAL), pl.lit(got)
+    changed(tmp_path / f"{number}_{file}.csv", **(third(column, value) if file == "tracks" else {column: value}))
+    row = 4 if file == "tracks" else 2
+    problem = rf"row {row}, column {column.lower()}: got {got}; expected {expected}"
     with pytest.raises(RecordingError, match=rf"{number}_{file}\.csv, {problem}"):
         read([tracks])
 
