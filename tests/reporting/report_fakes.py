@@ -200,7 +200,7 @@ def make_contents(traces: dict[int, Trace] | None = None, bases: int = 5) -> Con
     """A results folder in which everything was done: basis, certificates, all methods, and a study."""
     traces = {0: make_trace(), 7: make_trace(kind=Kind.SIDE)} if traces is None else traces
     random, basis = np.random.default_rng(0), make_basis(bases)
-    network = Network.create(random.normal(size=(9, 21)), (4,), bases, jax.random.key(0))
+    network = Network.create(random.normal(size=(9, 21)), (4,), bases, random)
     certificate = make_certificate(bases)
     rates = {"windows": Rate(5, 1000, 0.002, 0.011), "vehicles": Rate(4, 100, 0.01, 0.1)}
     evaluation = Evaluation(

@@ -135,10 +135,11 @@ class Predictor(StoredPredictor):
         if isinstance(network, OwnNetwork):
             return network.scores
 
-        def values(features: Float[Array, "n F"]) -> Float[Array, "n _"]:
-            return jnp.concatenate([network.scores(features), network.hidden(features)], axis=-1)
+        def values(scaled: Float[Array, "n I"]) -> Float[Array, "n _"]:
+            return jnp.concatenate(network.scored(scaled), axis=-1)
 
-        return jax.jit(values, compiler_options=ALONE)
+        scored = jax.jit(values, compiler_options=ALONE)
+        return lambda features: scored(network.scaled(features))
 
     def choices(
         self, scene: Scene, road: Road, times: Float[np.ndarray, " n"]

@@ -122,7 +122,7 @@ def test_samples_are_as_far_away_as_centre_and_body(scenes: tuple[Recording, ...
 def test_who_is_covered_stays_in_the_boxes_that_are_predicted(slowly: bool) -> None:
     """The whole body, at every point of the segment; and the centre in the ellipses."""
     basis = manoeuvres()
-    network = Network.create(np.zeros((1, 21), np.float32), (4,), len(basis), jax.random.key(0))
+    network = Network.create(np.zeros((1, 21), np.float32), (4,), len(basis), np.random.default_rng(0))
     rule = Thresholds(np.zeros(3), np.full(3, basis.radius))
     certificate = Certificate("test", 0.1, 0.9, 10, "window", 3, 0, 0, 0, tube=0.5, fingerprint="")
     predictor = Predictor(basis, network, rule, certificate, np.zeros(0, int))

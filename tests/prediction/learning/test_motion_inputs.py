@@ -3,7 +3,6 @@
 from dataclasses import replace
 from pathlib import Path
 
-import jax
 import numpy as np
 import pytest
 from prediction_fakes import described
@@ -18,7 +17,7 @@ from coverdrive.scene import Scene
 def test_a_predictor_that_sees_the_motion_is_stored_whole_and_uses_the_heading(fitted: Fit, tmp_path: Path) -> None:
     features = np.random.default_rng(0).normal(10, 5, (50, 22)).astype(np.float32)
     bases = len(fitted.predictor.basis)
-    network = Network.create(features, (8,), bases, jax.random.key(0), inputs="motion", output="softmax")
+    network = Network.create(features, (8,), bases, np.random.default_rng(0), inputs="motion", output="softmax")
     predictor = replace(fitted.predictor, network=network)
     predictor.save(tmp_path / "predictor.safetensors")
     loaded = Predictor.load(tmp_path / "predictor.safetensors")

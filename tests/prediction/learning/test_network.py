@@ -1,14 +1,11 @@
 """Layers, members, prior and storage of the network, by hand."""
 
-from collections.abc import Callable
-
-import jax
 import numpy as np
 import pytest
 
 from coverdrive.prediction.learning.affordance import FEATURES
-from coverdrive.prediction.learning.inputs import network_inputs
-from coverdrive.prediction.learning.network import Network, sampled
+from coverdrive.prediction.learning.inputs import Inputs, network_inputs
+from coverdrive.prediction.learning.network import Network
 
 
 def small(output: str, prior: float = 0.0) -> Network:
@@ -32,28 +29,28 @@ def sigmoid(value: float) -> float:
 
 def test_members_are_averaged_after_the_sigmoid() -> None:
     network = small("sigmoid")
-    assert np.asarray(network.hidden(FEATURES_OF_ONE)) == pytest.approx(np.array([[3.5]]))
+    assert network.hidden(FEATURES_OF_ONE) == pytest.approx(np.array([[3.5]]))
     expected = [(sigmoid(9.5) + 0.5) / 2, (sigmoid(3.5) + 0.5) / 2]
-    assert np.asarray(network.scores(FEATURES_OF_ONE))[0] == pytest.approx(expected)
+    assert network.scores(FEATURES_OF_ONE)[0] == pytest.approx(expected)
 
 
 def test_softmax_and_prior() -> None:
-    mixed = np.asarray(small("softmax", prior=0.4).scores(FEATURES_OF_ONE))[0]
+    mixed = small("softmax", prior=0.4).scores(FEATURES_OF_ONE)[0]
     member = sigmoid(6.0)
     assert mixed == pytest.approx([0.6 * (member + 0.5) / 2 + 0.2, 0.6 * (1 - member + 0.5) / 2 + 0.2])
 
 
-def test_any_batch_shape() -> None:
-    features, network = np.random.default_rng(0).normal(size=(4, 3, 21)).astype(np.float32), small("softmax", prior=0.2)
-    assert network.hidden(features).shape == (4, 3, 1)
-    one_by_one = np.stack([np.asarray(network.scores(row)) for row in features])
-    assert np.asarray(network.scores(features)) == pytest.approx(one_by_one, abs=1e-6)
+def test_rows_do_not_depend_on_each_other() -> None:
+    features, network = np.random.default_rng(0).normal(size=(4, 21)).astype(np.float32), small("softmax", prior=0.2)
+    assert network.hidden(features).shape == (4, 1)
+    one_by_one = np.concatenate([network.scores(row[None]) for row in features])
+    assert network.scores(features) == pytest.approx(one_by_one, abs=1e-6)
 
 
 def test_what_is_stored_makes_the_same_network() -> None:
     network = small("softmax", prior=0.2)
     again = Network.of(network.arrays, network.kind)
-    assert np.array_equal(np.asarray(again.scores(FEATURES_OF_ONE)), np.asarray(network.scores(FEATURES_OF_ONE)))
+    assert np.array_equal(again.scores(FEATURES_OF_ONE), network.scores(FEATURES_OF_ONE))
 
 
 def features_of(**values: float) -> np.ndarray:
@@ -61,6 +58,10 @@ def features_of(**values: float) -> np.ndarray:
     for name, value in values.items():
         row[FEATURES.index(name.replace("_", " "))] = value
     return row
+
+
+def inputs_of(row: np.ndarray, inputs: Inputs) -> np.ndarray:
+    return network_inputs(row[None], inputs)[0]
 
 
 def test_derived_inputs_by_hand() -> None:
@@ -72,7 +73,7 @@ def test_derived_inputs_by_hand() -> None:
         left_rear_clearance=-2,
         left_rear_relative_speed=30,
     )
-    seen = np.asarray(network_inputs(row, "derived"))
+    seen = inputs_of(row, "derived")
     assert seen.shape == (21 + 15 + 3,)
     assert np.array_equal(seen[:21], row)
     assert seen[21:24] == pytest.approx([0.1, 0.5, 0.5])  # inverse gap, closing at 5 m/s, half a second
@@ -82,18 +83,18 @@ def test_derived_inputs_by_hand() -> None:
 
 def test_the_affordance_alone_stays_as_it_is() -> None:
     row = features_of(speed=2)
-    assert np.array_equal(np.asarray(network_inputs(row, "affordance")), row)
-    assert np.asarray(network_inputs(row, "derived"))[-1] == 1.0
+    assert np.array_equal(inputs_of(row, "affordance"), row)
+    assert inputs_of(row, "derived")[-1] == 1.0
 
 
 def test_the_motion_follows_what_is_derived() -> None:
     row = np.append(features_of(speed=20), np.float32(-0.7))
-    seen = np.asarray(network_inputs(row, "motion"))
+    seen = inputs_of(row, "motion")
     assert seen.shape == (21 + 15 + 3 + 1,)
-    assert np.array_equal(seen[:-1], np.asarray(network_inputs(row[:21], "derived")))
+    assert np.array_equal(seen[:-1], inputs_of(row[:21], "derived"))
     assert seen[-1] == np.float32(-0.7)
     for inputs in ("affordance", "derived"):
-        assert np.array_equal(np.asarray(network_inputs(row, inputs)), np.asarray(network_inputs(row[:21], inputs)))
+        assert np.array_equal(inputs_of(row, inputs), inputs_of(row[:21], inputs))
 
 
 def test_urgency_by_hand() -> None:
@@ -105,7 +106,7 @@ def test_urgency_by_hand() -> None:
         right_rear_relative_speed=3,
         right_rear_clearance=6,
     )
-    seen = np.asarray(network_inputs(np.append(row, np.float32(-0.7)), "urgency"))
+    seen = inputs_of(np.append(row, np.float32(-0.7)), "urgency")
     assert seen[:8] == pytest.approx([20, -0.4, 10, -5, 0, 0, 0, 3])
     assert seen[8:11] == pytest.approx([0.1, 0.5, 0.5])  # inverse gap, closing at 5 m/s, half a second
     assert seen[17:] == pytest.approx([1 / 6, 0.5, 0.4, 0.0, -0.7])
@@ -117,10 +118,4 @@ def test_urgency_says_nothing_of_sizes_and_lateral_clearances() -> None:
     hidden = [i for i, name in enumerate(FEATURES) if "length" in name or "lateral" in name]
     other[hidden] += 1
     assert len(hidden) == 9
-    assert np.array_equal(np.asarray(network_inputs(row, "urgency")), np.asarray(network_inputs(other, "urgency")))
-
-
-@pytest.mark.parametrize("draw", [jax.random.normal, jax.random.bernoulli])
-def test_random_numbers_are_those_that_jax_draws_of_the_shape(draw: Callable[..., jax.Array]) -> None:
-    key = jax.random.key(3)
-    np.testing.assert_array_equal(sampled(draw, key, (2, 3, 5)), draw(key, shape=(2, 3, 5)))
+    assert np.array_equal(inputs_of(row, "urgency"), inputs_of(other, "urgency"))

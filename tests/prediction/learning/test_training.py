@@ -1,5 +1,7 @@
 """The losses by hand; that training learns with each, and is reproducible."""
 
+from collections.abc import Callable
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -44,7 +46,7 @@ def test_training_learns_the_pattern(loss: Loss) -> None:
     few = {"loss": loss, "epochs": 40, "batch": 128, "hidden": (64,)}
     network, losses = train(toy_samples(2000, seed=0), TrainingSettings.paper().model_copy(update=few))
     new = toy_samples(1000, seed=1)
-    scores = np.asarray(network.scores(new.features))
+    scores = network.scores(new.features)
     driven = scores[np.arange(1000), new.base]
     assert losses[-1] < losses[0] / 3
     assert (driven > 0.5).mean() > 0.95
@@ -59,7 +61,7 @@ def ensemble() -> tuple[Network, np.ndarray]:
 
 def test_an_ensemble_learns_and_keeps_the_prior(ensemble: tuple[Network, np.ndarray]) -> None:
     network, samples, new = ensemble[0], toy_samples(1000, seed=0), toy_samples(1000, seed=1)
-    scores = np.asarray(network.scores(new.features))
+    scores = network.scores(new.features)
     assert scores.sum(1) == pytest.approx(np.ones(1000), abs=1e-5)
     assert (scores.argmax(1) == new.base).mean() > 0.95
     shares = np.bincount(samples.base, minlength=3) / 1000
@@ -115,3 +117,9 @@ def test_many_samples_are_trained_on_in_fewer_passes(ensemble: tuple[Network, np
     settings = TrainingSettings(batch=100, epochs=10, most_steps=50)
     assert [settings.passes(count) for count in (30, 500, 1000, 2000, 100_000)] == [10, 10, 5, 3, 1]
     assert len(ensemble[1]) == MEMBERS.passes(1000) == 30
+
+
+@pytest.mark.parametrize("draw", [jax.random.normal, jax.random.bernoulli])
+def test_random_numbers_are_those_that_jax_draws_of_the_shape(draw: Callable[..., jax.Array]) -> None:
+    key = jax.random.key(3)
+    np.testing.assert_array_equal(training._sampled(draw, key, (2, 3, 5)), draw(key, shape=(2, 3, 5)))

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
-from functools import cached_property, partial, reduce
+from functools import cached_property, reduce
 from itertools import product
 from typing import Any, ClassVar
 
@@ -13,7 +13,6 @@ from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.rule import Rule, rule_of, scale_of
 from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.boxes.boxes import TUBE, between
-from coverdrive.prediction.boxes.forward import boxes_at, forward_of
 from coverdrive.prediction.boxes.network import BoxNetwork
 from coverdrive.prediction.boxes.under_way import lane_changes
 from coverdrive.prediction.stored import StoredPredictor, TimeGrid, features_of, grid_of, others_of
@@ -107,7 +106,7 @@ class BoxPredictor(StoredPredictor):
     @cached_property
     def _values(self) -> Callable[[Float32[np.ndarray, "n F"]], Float[np.ndarray, "2 n P 2"]]:
         """The function of features that gives centres and half sizes."""
-        return partial(boxes_at, forward=forward_of(self.network))
+        return self.network.function
 
     @property
     def _arrays(self) -> dict[str, np.ndarray]:

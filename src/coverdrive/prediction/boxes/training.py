@@ -87,7 +87,6 @@ def train_boxes(
     ``early`` as of `early_share`. The seed is of the initial weights, the order of the samples, dropout and noise;
     `DataError` as of `optimised`.
     """
-    start, order = jax.random.split(jax.random.key(seed))
     windows = unit in ("window", "share")
     power = _POWER_OF_WINDOWS if windows else settings.power
     usual = np.sqrt((segments.points[:, 1:] ** 2).mean(0)).astype(np.float32)
@@ -99,12 +98,15 @@ def train_boxes(
         targets = jnp.concatenate([targets, targets * _MIRROR])
     inputs = "urgency" if few else settings.inputs
     sizes = settings.hidden, BoxNetwork.outputs(len(usual))
-    network = Network.create(features, *sizes, start, settings.members, inputs, "boxes")
+    random = np.random.default_rng(seed)
+    network = Network.create(features, *sizes, random, settings.members, inputs, "boxes")
     network = eqx.tree_at(lambda made: made.weights[-1], network, _CALM * network.weights[-1])
     usual = np.maximum(usual, _CLOSEST)
     loss = Partial(box_loss, usual=usual, power=power)
-    trained, losses = optimised(network, features, targets, loss, settings, order)
-    evened = _evened(trained, features) if few and not windows else trained
+    scaled = network.scaled(features)
+    del features
+    trained, losses = optimised(network, scaled, targets, loss, settings, random)
+    evened = _evened(trained, scaled) if few and not windows else trained
     arms = WHOLE if windows else _CROSS
     return BoxNetwork(evened, usual, arms, np.zeros(2) if early is None else early), losses
 
@@ -118,9 +120,9 @@ def _targets(segments: Segments) -> Float32[np.ndarray, "N P 4"]:
     return targets
 
 
-def _evened(network: Network, features: Float[np.ndarray, "N F"]) -> Network:
-    """With sizes, the second half of what the last layer gives, that differ less from their mean on the features."""
-    mean = np.asarray(network.outputs(features)).mean(0)
+def _evened(network: Network, scaled: Float[np.ndarray, "N I"]) -> Network:
+    """With sizes, the second half of what the last layer gives, that differ less from their mean on the samples."""
+    mean = np.asarray(network.outputs(scaled)).mean(1)
     kept = np.where(np.arange(mean.shape[-1]) < mean.shape[-1] // 2, 1, _KEPT).astype(np.float32)
     last = kept[:, None] * network.weights[-1], kept * network.biases[-1] + (1 - kept) * mean
     return eqx.tree_at(lambda made: (made.weights[-1], made.biases[-1]), network, last)

@@ -3,10 +3,7 @@
 from dataclasses import dataclass, fields
 from pathlib import Path
 
-import jax
 import numpy as np
-from jax import Array
-from jaxtyping import Float
 
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.errors import DataError
@@ -83,17 +80,10 @@ def score(network: Network | OwnNetwork, samples: Samples, tube: float | None = 
     if isinstance(network, OwnNetwork):
         scores, hidden = network.scores(samples.features), None
     else:
-        scores, hidden = (np.asarray(values) for values in _scores_and_hidden(network, samples.features))
+        scores, hidden = network.scores_and_hidden(samples.features)
     base = samples.base
     if tube is not None:
         covering = samples.distance <= tube
         base = np.where(covering.any(1), np.where(covering, scores, -1).argmax(1), base)
     distance = samples.distance[np.arange(len(samples)), base]
     return ScoredSamples(scores, base, distance, samples.vehicle, hidden, samples.group)
-
-
-@jax.jit
-def _scores_and_hidden(
-    network: Network, features: Float[Array, "N F"]
-) -> tuple[Float[Array, "N M"], Float[Array, "N H"]]:
-    return network.scores(features), network.hidden(features)

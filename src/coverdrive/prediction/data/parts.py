@@ -4,6 +4,7 @@ Few get rows of zeros after them, so that what JAX compiles serves for other num
 """
 
 import numpy as np
+from jax import Array
 from jaxtyping import Shaped
 
 PART = 2**16
@@ -15,7 +16,7 @@ def parts(rows: int) -> list[slice]:
     return [slice(first, min(first + PART, rows)) for first in range(0, rows, PART)]
 
 
-def padded(values: Shaped[np.ndarray, "N *rest"]) -> Shaped[np.ndarray, "R *rest"]:
+def padded(values: Shaped[Array | np.ndarray, "N *rest"]) -> Shaped[Array | np.ndarray, "R *rest"]:
     """Followed by zeros up to a power of two, unless they are more than a part."""
     room = (1 << (len(values) - 1).bit_length()) - len(values)
     return np.pad(values, [(0, room)] + [(0, 0)] * (values.ndim - 1)) if len(values) <= PART else values

@@ -12,9 +12,7 @@ of clearance and time to collision.
 
 from typing import Literal
 
-import jax.numpy as jnp
 import numpy as np
-from jax import Array
 from jaxtyping import Float, Float32
 
 from coverdrive.compiled import compiled
@@ -33,8 +31,7 @@ _CLEARANCE, _FASTER = (
 )
 """their columns"""
 _SIGNS = tuple(1 if "rear" in each else -1 for each in _NEIGHBOURS)
-_APPROACHING = np.array(_SIGNS, dtype=np.float32)
-"""sign of the relative speed at which their clearance shrinks"""
+"""of the relative speed at which their clearance shrinks"""
 _CLOSEST = 1.0
 """[m] clearances below it are taken as this much where they divide"""
 _FASTEST = 10.0
@@ -42,46 +39,28 @@ _FASTEST = 10.0
 _CRAWLING = 3.0
 """[m/s]"""
 
-
-def network_inputs(features: Float[Array | np.ndarray, "*batch F"], inputs: Inputs) -> Float[Array, "*batch I"]:
-    """The features alone, some of them, or all, followed by what is derived from them, and by the lateral speed.
-
-    The features are in the order of `FEATURES`; for "motion" and "urgency", `MOTION` follows them.
-    """
-    values, motion = jnp.split(jnp.asarray(features), [len(FEATURES)], axis=-1)
-    if inputs == "affordance":
-        return values
-    speed, offset = (
-        values[..., FEATURES.index("speed")],
-        jnp.abs(values[..., FEATURES.index("distance to lane centre")]),
-    )
-    crawls = jnp.where(speed < _CRAWLING, 1.0, 0.0)
-    clearance, relative = values[..., list(_CLEARANCE)], values[..., list(_FASTER)]
-    inverse = 1 / jnp.maximum(clearance, _CLOSEST)
-    pairs = jnp.stack([inverse, jnp.clip(_APPROACHING * relative, -_FASTEST, _FASTEST) * inverse], axis=-1)
-    gaps = [jnp.clip(clearance[..., i] / jnp.maximum(speed, 1.0), -1, 5)[..., None] for i in range(len(_NEIGHBOURS))]
-    if inputs == "urgency":
-        others = pairs[..., 1:, :].reshape(*speed.shape, -1)
-        own = jnp.stack([offset, crawls], axis=-1)
-        return jnp.concatenate([values[..., _URGENT], pairs[..., 0, :], gaps[0], others, own, motion], axis=-1)
-    urgency = [column for i, gap in enumerate(gaps) for column in (pairs[..., i, :], gap)]
-    own = jnp.stack([offset, jnp.log1p(jnp.maximum(speed, 0)), crawls], axis=-1)
-    derived = [values, *urgency, own]
-    return jnp.concatenate([*derived, motion] if inputs == "motion" else derived, axis=-1)
-
-
 COLUMNS: dict[Inputs, list[int]] = {
     "affordance": list(range(21)),
     "derived": list(range(39)),
     "motion": list(range(40)),
     "urgency": [*_URGENT, 21, 22, 23, *(column + 3 * i for i in range(1, 5) for column in (21, 22)), 36, 38, 39],
 }
-"""which of those that `write_inputs` writes a network sees"""
+"""which of those of kind "motion" a network sees"""
+
+
+def network_inputs(features: Float[np.ndarray, "N F"], inputs: Inputs) -> Float32[np.ndarray, "N I"]:
+    """The features alone, some of them, or all, followed by what is derived from them, and by the lateral speed.
+
+    The features are in the order of `FEATURES`; for "motion" and "urgency", `MOTION` follows them.
+    """
+    every = np.empty((len(features), len(COLUMNS["motion"])), dtype=np.float32)
+    _write_inputs(np.ascontiguousarray(features, dtype=np.float32), every)
+    return every if inputs == "motion" else every.take(COLUMNS[inputs], axis=1)
 
 
 @compiled
-def write_inputs(features: Float32[np.ndarray, "N F"], result: Float32[np.ndarray, "N I"]) -> None:
-    """Write the `network_inputs` of kind "motion", among which are those of all other kinds."""
+def _write_inputs(features: Float32[np.ndarray, "N F"], result: Float32[np.ndarray, "N I"]) -> None:
+    """Write the inputs of kind "motion", among which are those of all other kinds."""
     for row in range(len(features)):
         speed = features[row, 0]
         for i in range(21):
@@ -93,4 +72,5 @@ def write_inputs(features: Float32[np.ndarray, "N F"], result: Float32[np.ndarra
             result[row, 22 + 3 * i] = np.minimum(np.maximum(_SIGNS[i] * relative, -_FASTEST), _FASTEST) * inverse
             result[row, 23 + 3 * i] = np.minimum(np.maximum(clearance / np.maximum(speed, 1.0), -1.0), 5.0)
         result[row, 36], result[row, 37] = abs(features[row, 1]), np.log1p(np.maximum(speed, 0.0))
-        result[row, 38], result[row, 39] = 1.0 if speed < _CRAWLING else 0.0, features[row, 21]
+        result[row, 38] = 1.0 if speed < _CRAWLING else 0.0
+        result[row, 39] = features[row, 21] if features.shape[1] > 21 else 0.0

@@ -5,8 +5,8 @@ their scores (Lakshminarayanan et al. 2017). Members with a softmax give the pro
 may be mixed with the shares of the bases in training, so that no base is called impossible on little evidence.
 """
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Literal
 
 import equinox as eqx
@@ -14,15 +14,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
-from jaxtyping import Float, PRNGKeyArray
+from jaxtyping import Float, Float32
 
 from coverdrive.errors import DataError
-from coverdrive.prediction.data.parts import padded, parts
-from coverdrive.prediction.learning.inputs import COLUMNS, Inputs, network_inputs
+from coverdrive.prediction.learning.inputs import Inputs, network_inputs
 
 Output = Literal["sigmoid", "softmax", "boxes"]
 
-LIMIT = 3.0
+_LIMIT = 3.0
 """of scaled inputs to networks that give boxes, which have to make sense of what no training sample was like"""
 
 
@@ -49,7 +48,7 @@ class Network(eqx.Module):
         features: Float[np.ndarray, "N F"],
         hidden: Sequence[int],
         bases: int,
-        key: PRNGKeyArray,
+        random: np.random.Generator,
         members: int = 1,
         inputs: Inputs = "affordance",
         output: Output = "sigmoid",
@@ -61,16 +60,11 @@ class Network(eqx.Module):
         """
         if len(features) == 0:
             raise DataError("there are no samples to train on; give more recordings or a larger training share")
-        seen_of = jax.jit(network_inputs, static_argnums=1)
-        seen = np.empty((len(features), len(COLUMNS[inputs])), dtype=np.float32)
-        for part in parts(len(features)):
-            few = features[part]
-            seen[part] = seen_of(padded(few), inputs)[: len(few)]
+        seen = network_inputs(features, inputs)
         sizes = (seen.shape[1], *hidden, bases)
-        keys = jax.random.split(key, len(sizes) - 1)
         weights = [
-            sampled(jax.random.normal, layer, (members, after, before)) * np.sqrt(2 / before)
-            for layer, before, after in zip(keys, sizes[:-1], sizes[1:], strict=True)
+            random.normal(0, np.sqrt(2 / before), (members, after, before)).astype(np.float32)
+            for before, after in pairwise(sizes)
         ]
         mean = seen.mean(0)
         seen -= mean
@@ -79,38 +73,49 @@ class Network(eqx.Module):
             mean=mean,
             scale=np.where(deviation > 0, deviation, 1).astype(np.float32),
             weights=tuple(weights),
-            biases=tuple(jnp.zeros((members, size)) for size in sizes[1:]),
+            biases=tuple(np.zeros((members, size), dtype=np.float32) for size in sizes[1:]),
             prior=np.zeros(bases, dtype=np.float32),
             inputs=inputs,
             output=output,
         )
 
-    @eqx.filter_jit
-    def scaled(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch I"]:
+    def scaled(self, features: Float[np.ndarray, "N F"]) -> Float32[np.ndarray, "N I"]:
         """What the first layer sees."""
-        values = (network_inputs(features, self.inputs) - self.mean) / self.scale
-        return jnp.clip(values, -LIMIT, LIMIT) if self.output == "boxes" else values
+        values = network_inputs(features, self.inputs)
+        values -= self.mean
+        values /= self.scale
+        return values.clip(-_LIMIT, _LIMIT, out=values) if self.output == "boxes" else values
 
-    @eqx.filter_jit
-    def hidden(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch H"]:
-        """Values of the last hidden layer, of H neurons; of the first member, if there are several."""
-        return self._last_hidden(features)[..., 0, :]
-
-    @eqx.filter_jit
-    def scores(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch M"]:
+    def scores(self, features: Float[np.ndarray, "N F"]) -> Float32[np.ndarray, "N M"]:
         """Score of every base trajectory, in [0, 1]."""
-        outputs = self.outputs(features)
+        return self.scores_and_hidden(features)[0]
+
+    def hidden(self, features: Float[np.ndarray, "N F"]) -> Float32[np.ndarray, "N H"]:
+        """Values of the last hidden layer, of H neurons; of the first member, if there are several."""
+        return self.scores_and_hidden(features)[1]
+
+    def scores_and_hidden(
+        self, features: Float[np.ndarray, "N F"]
+    ) -> tuple[Float32[np.ndarray, "N M"], Float32[np.ndarray, "N H"]]:
+        """Both at once."""
+        scores, hidden = _scored(self, self.scaled(features))
+        return np.asarray(scores), np.asarray(hidden)
+
+    def scored(self, scaled: Float[Array | np.ndarray, "N I"]) -> tuple[Float[Array, "N M"], Float[Array, "N H"]]:
+        """The `scores` and the last `hidden` layer of what the first layer sees."""
+        hidden = self._last_hidden(scaled)
         activate = jax.nn.softmax if self.output == "softmax" else jax.nn.sigmoid
-        return (1 - self.prior.sum()) * activate(outputs).mean(-2) + self.prior
+        scores = activate(_affine(hidden, self.weights[-1], self.biases[-1])).mean(0)
+        return (1 - self.prior.sum()) * scores + self.prior, hidden[0]
 
-    def outputs(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch E O"]:
-        """The last layer of every member."""
-        return affine(self._last_hidden(features), self.weights[-1], self.biases[-1])
+    def outputs(self, scaled: Float[Array | np.ndarray, "N I"]) -> Float[Array, "E N O"]:
+        """The last layer of every member, of what the first one sees."""
+        return _affine(self._last_hidden(scaled), self.weights[-1], self.biases[-1])
 
-    def _last_hidden(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch E H"]:
-        values = self.scaled(features)[..., None, :]
+    def _last_hidden(self, scaled: Float[Array | np.ndarray, "N I"]) -> Float[Array, "E N H"]:
+        values = jnp.asarray(scaled)[None]
         for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
-            values = jax.nn.relu(affine(values, weight, bias))
+            values = jax.nn.relu(_affine(values, weight, bias))
         return values
 
     @property
@@ -140,17 +145,13 @@ class Network(eqx.Module):
         )
 
 
-def sampled(draw: Callable[..., Array], key: PRNGKeyArray, shape: tuple[int, ...]) -> Array:
-    """Random numbers of a shape, the same as JAX draws at once, which takes several times as long to compile."""
-    return draw(key, shape=(math.prod(shape),)).reshape(shape)
+_scored = eqx.filter_jit(Network.scored)
 
 
-def affine(
-    values: Float[Array, "*batch _ inputs"],
+def _affine(
+    values: Float[Array, "_ N inputs"],
     weight: Float[Array | np.ndarray, "E outputs inputs"],
     bias: Float[Array | np.ndarray, "E outputs"],
-) -> Float[Array, "*batch E outputs"]:
-    """One layer of every member; values without an axis of members are the same for all."""
-    members, _, inputs = weight.shape
-    values = jnp.broadcast_to(values, (*values.shape[:-2], members, inputs))
-    return jnp.einsum("...ei,eoi->...eo", values, weight) + bias
+) -> Float[Array, "E N outputs"]:
+    """One layer of every member, of values that each has, or all have."""
+    return values @ jnp.swapaxes(weight, 1, 2) + jnp.asarray(bias)[:, None]

@@ -20,7 +20,7 @@ from pydantic import Field
 from coverdrive.errors import DataError
 from coverdrive.prediction.data.parts import padded
 from coverdrive.prediction.learning.inputs import Inputs
-from coverdrive.prediction.learning.network import Network, affine, sampled
+from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.samples import COLLIDES, POSSIBLE, Samples
 from coverdrive.progress import done
 from coverdrive.settings import Settings
@@ -110,14 +110,12 @@ def train(
     The seed is of the initial weights, the order of the samples, dropout and noise.
     """
     settings = settings or TrainingSettings()
-    start, order = jax.random.split(jax.random.key(seed))
-    labels = samples.labels
+    random, labels = np.random.default_rng(seed), samples.labels
     sizes, margin = (settings.hidden, labels.shape[1]), settings.loss == "margin"
     output = "sigmoid" if margin else "softmax"
-    network = Network.create(samples.features, *sizes, start, settings.members, settings.inputs, output)
-    network, losses = optimised(
-        network, samples.features, labels, margin_loss if margin else cross_entropy, settings, order
-    )
+    network = Network.create(samples.features, *sizes, random, settings.members, settings.inputs, output)
+    lost = margin_loss if margin else cross_entropy
+    network, losses = optimised(network, network.scaled(samples.features), labels, lost, settings, random)
     shares = np.bincount(samples.base, minlength=labels.shape[1]) / len(samples)
     prior = (settings.prior * shares).astype(np.float32)
     return eqx.tree_at(lambda made: made.prior, network, prior), losses
@@ -142,31 +140,31 @@ def cross_entropy(outputs: Float[Array, "B M"], labels: Int8[Array, "B M"]) -> F
 
 def optimised(
     network: Network,
-    features: Float[np.ndarray, "N F"],
+    scaled: Float[np.ndarray, "N I"],
     targets: Shaped[Array | np.ndarray, "N *target"],
     loss: Callable[[Array, Array], Array],
     settings: OptimiserSettings,
-    key: PRNGKeyArray,
+    random: np.random.Generator,
 ) -> tuple[Network, Float[np.ndarray, " epochs"]]:
     """The network with the least loss of its last layer (B, O) and the targets of a batch; the loss of every epoch.
 
-    `DataError` where training diverges.
+    ``scaled`` is what its first layer sees; `DataError` where training diverges.
     """
-    samples, passes, steps = len(features), settings.passes(len(features)), settings.steps(len(features))
-    seen, wanted = jnp.asarray(padded(features)), jnp.asarray(padded(np.asarray(targets)))
+    samples, passes, steps = len(scaled), settings.passes(len(scaled)), settings.steps(len(scaled))
+    seen, wanted = jax.device_put(padded(scaled)), jax.device_put(padded(targets))  # without a copy
     size = min(settings.batch, samples)
     most = len(seen) // size
     rates = np.zeros((passes, most), dtype=np.float32)
     rates[:, :steps] = _rates(settings, passes * steps).reshape(passes, steps)
     parameters = (network.weights, network.biases)
     state = jax.jit(_optimiser(settings, settings.learning_rate).init)(parameters)
-    keys, losses = jax.random.split(key, passes), list[float]()
+    keys, losses = jax.random.split(jax.random.key(random.integers(2**63)), passes), list[float]()
+    batches = np.zeros((most, settings.members, size), dtype=np.int32)
     for epoch in range(passes):  # not over the keys, which compiles a part for each of them
-        drawn = keys[epoch]
-        orders = padded(np.stack([_order(each, samples) for each in jax.random.split(drawn, settings.members)], axis=1))
-        batches = jnp.asarray(orders[: most * size].reshape(most, size, settings.members))
-        drawn_from = seen, wanted, batches, jnp.asarray(rates[epoch]), jnp.asarray(steps)
-        parameters, state, total = _epoch(parameters, state, network, *drawn_from, loss, settings, drawn)
+        for member in range(settings.members):
+            batches[:steps, member] = random.permutation(samples)[: steps * size].reshape(steps, size)
+        drawn_from = seen, wanted, jnp.asarray(batches), jnp.asarray(rates[epoch]), jnp.asarray(steps)
+        parameters, state, total = _epoch(parameters, state, *drawn_from, loss, settings, keys[epoch])
         losses.append(float(total) / steps)
         done(epoch + 1, passes)
     if not np.isfinite(losses[-1]):
@@ -186,18 +184,13 @@ def _optimiser(settings: OptimiserSettings, rate: float | Array) -> optax.Gradie
     return optax.adamw(rate, weight_decay=settings.weight_decay)
 
 
-_order = jax.jit(jax.random.permutation, static_argnums=1)
-"""of samples, as many as are said"""
-
-
 @eqx.filter_jit
 def _epoch(
     parameters: Any,
     state: Any,
-    network: Network,
-    features: Float[Array, "R F"],
+    seen: Float[Array, "R I"],
     targets: Shaped[Array, "R *target"],
-    batches: Int[Array, "S B E"],
+    batches: Int[Array, "S E B"],
     rates: Float[Array, " S"],
     steps: Int[Array, ""],
     loss: Callable[[Array, Array], Array],
@@ -208,12 +201,13 @@ def _epoch(
 
     It takes so many ``steps``, with the first batches and rates: what is compiled serves for other numbers of samples.
     """
-    keys = jax.random.split(key, len(rates))
-    loss_of_member = jax.vmap(loss, in_axes=1)
+    keys = jax.random.split(key, (len(rates), settings.members))
 
-    def loss_of(parameters: Any, batch: Array, key: PRNGKeyArray) -> Array:
-        outputs = _outputs(parameters, network.scaled(features[batch]), settings, key)
-        return loss_of_member(outputs, targets[batch]).sum()
+    def loss_of_member(parameters: Any, batch: Array, key: PRNGKeyArray) -> Array:
+        return loss(_outputs(parameters, seen[batch], settings, key), targets[batch])
+
+    def loss_of(parameters: Any, batch: Array, keys: PRNGKeyArray) -> Array:
+        return jax.vmap(loss_of_member)(parameters, batch, keys).sum()
 
     def step(i: Array, carry: tuple[Any, Any, Array]) -> tuple[Any, Any, Array]:
         parameters, state, total = carry
@@ -225,15 +219,20 @@ def _epoch(
 
 
 def _outputs(
-    parameters: Any, inputs: Float[Array, "B E I"], settings: OptimiserSettings, key: PRNGKeyArray
-) -> Float[Array, "B E M"]:
-    """What the last layers give in training: with noise on the inputs and with neurons left out."""
+    parameters: Any, inputs: Float[Array, "B I"], settings: OptimiserSettings, key: PRNGKeyArray
+) -> Float[Array, "B M"]:
+    """What the last layer of a member gives in training: with noise on the inputs and with neurons left out."""
     weights, biases = parameters
     keys = jax.random.split(key, len(weights))
-    values = inputs + settings.noise * sampled(jax.random.normal, keys[-1], inputs.shape) if settings.noise else inputs
+    values = inputs + settings.noise * _sampled(jax.random.normal, keys[-1], inputs.shape) if settings.noise else inputs
     keeps = partial(jax.random.bernoulli, p=1 - settings.dropout)
     for weight, bias, dropped in zip(weights[:-1], biases[:-1], keys[:-1], strict=True):
-        values = jax.nn.relu(affine(values, weight, bias))
+        values = jax.nn.relu(values @ weight.T + bias)
         if settings.dropout:
-            values = values * sampled(keeps, dropped, values.shape) / (1 - settings.dropout)
-    return affine(values, weights[-1], biases[-1])
+            values = values * _sampled(keeps, dropped, values.shape) / (1 - settings.dropout)
+    return values @ weights[-1].T + biases[-1]
+
+
+def _sampled(draw: Callable[..., Array], key: PRNGKeyArray, shape: tuple[int, ...]) -> Array:
+    """Random numbers of a shape, the same as JAX draws at once, which takes several times as long to compile."""
+    return draw(key, shape=(math.prod(shape),)).reshape(shape)

@@ -1,0 +1,31 @@
+"""Boxes by compiled code against those that the network gives in training."""
+
+import numpy as np
+import pytest
+
+from coverdrive.prediction.boxes.network import BoxNetwork, decoded
+from coverdrive.prediction.learning.affordance import FEATURES, MOTION
+from coverdrive.prediction.learning.inputs import Inputs
+from coverdrive.prediction.learning.network import Network
+
+RNG = np.random.default_rng(0)
+SOME = RNG.normal(8, 20, (50, len(FEATURES) + len(MOTION))).astype(np.float32)
+
+
+@pytest.mark.parametrize(
+    ("inputs", "members", "points", "hidden"), [("motion", 4, 6, (64, 64)), ("urgency", 1, 2, (5,))]
+)
+def test_boxes_are_those_of_the_network(inputs: Inputs, members: int, points: int, hidden: tuple[int, ...]) -> None:
+    outputs = BoxNetwork.outputs(points)
+    network = BoxNetwork(
+        Network.create(SOME, hidden, outputs, RNG, members, inputs, "boxes"), RNG.uniform(0.1, 3, (points, 2))
+    )
+    centre, size = decoded(network.network.outputs(network.network.scaled(SOME)), network.usual)
+    found = network.function(SOME)
+    np.testing.assert_allclose(found[0], centre.mean(0), rtol=1e-4, atol=1e-5)
+    np.testing.assert_allclose(found[1], np.exp(size.mean(0)) * network.usual, rtol=1e-5)
+    assert network.function(SOME[:0]).shape == (2, 0, points, 2)
+    unknown = SOME[:2].copy()
+    unknown[1, 0] = np.nan
+    now = network.function(unknown)
+    assert np.isfinite(now[:, 0]).all() and np.isnan(now[:, 1]).all()
