@@ -15,7 +15,7 @@ from bisect import bisect_left
 from fractions import Fraction
 
 import numpy as np
-from scipy import optimize, special, stats
+from scipy import optimize, special
 
 from coverdrive.errors import CertificateError
 
@@ -131,8 +131,8 @@ def clopper_pearson(successes: int, trials: int, confidence: float = 0.95) -> tu
     """Exact two-sided interval of a rate (Clopper and Pearson 1934); of no trials, it is [0, 1]."""
     check_confidence(confidence)
     tail = (1 - confidence) / 2
-    low = float(stats.beta.ppf(tail, successes, trials - successes + 1)) if successes > 0 else 0.0
-    high = float(stats.beta.isf(tail, successes + 1, trials - successes)) if successes < trials else 1.0
+    low = float(special.betaincinv(successes, trials - successes + 1, tail)) if successes > 0 else 0.0
+    high = float(special.betainccinv(successes + 1, trials - successes, tail)) if successes < trials else 1.0
     return low, high
 
 

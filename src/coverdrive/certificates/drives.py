@@ -25,8 +25,9 @@ from itertools import takewhile
 from typing import Literal, TypeAlias
 
 import numpy as np
+import scipy
 from jaxtyping import Bool, Float, Int
-from scipy import optimize, special, stats
+from scipy import optimize, special
 
 from coverdrive.certificates.bounds import binomial_tail, check_confidence, rate_limit
 from coverdrive.percentages import at_most, percent
@@ -186,7 +187,7 @@ class Proof:
         times the risk, and which 2,301 or 2,600 drives do not prove at 0.2 %, it says 19 and 11 %, and 26 and 12 % do.
         """
         most = 0 if self.method == "anytime" else self.events
-        law = stats.betabinom(self.more, self.events + 0.5, self.drives - self.events + 0.5)
+        law = scipy.stats.betabinom(self.more, self.events + 0.5, self.drives - self.events + 0.5)
         return 1.0 if self.reached else float(law.cdf(most))
 
     @property

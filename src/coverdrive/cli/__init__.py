@@ -70,4 +70,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """
     console.stderr = console.quiet = progress_console.quiet = False
     given = () if arguments is None else (list(arguments),)
-    sys.exit(status_of(lambda: app.meta(*given), lambda: console.stderr))
+    status = status_of(lambda: app.meta(*given), lambda: console.stderr)
+    if arguments is None and (workers := sys.modules.get("coverdrive.simulation.studies.workers")):
+        workers.end_processes()
+    sys.exit(status)

@@ -11,6 +11,7 @@ from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
 from coverdrive.cli.shared.options import console, processes
 from coverdrive.errors import SettingError
+from coverdrive.simulation.studies.ahead import compiled_ahead
 
 
 def run(
@@ -33,20 +34,19 @@ def run(
     - on a road with bends and a ramp: `coverdrive run --road curved --traffic drivers --out curved`
     - with sets as bold as drives prove to be safe: `coverdrive run --traffic drivers --risk 0.01`
     """
-    with waiting():
-        from coverdrive.reporting.contents import Certified
-        from coverdrive.reporting.report import draw_everything
-        from coverdrive.results import Results, certificate_record
-        from coverdrive.simulation.studies.ahead import compiled_ahead
-        from coverdrive.simulation.traffic.replay import REPLAYS
-    if risk is not None and traffic in REPLAYS:
-        raise SettingError(
-            f"--risk proves drives of new traffic, and those with --traffic {traffic} are of recorded scenes; "
-            "run without --risk, and choose λ on groups of scenes by `coverdrive dial`"
-        )
-    results, recording = Results(learning.out), learning.recording or []
-    size = {"trials": trials, "workers": workers, "vehicles": vehicles}
     with compiled_ahead():
+        with waiting():
+            from coverdrive.reporting.contents import Certified
+            from coverdrive.reporting.report import draw_everything
+            from coverdrive.results import Results, certificate_record
+            from coverdrive.simulation.traffic.replay import REPLAYS
+        if risk is not None and traffic in REPLAYS:
+            raise SettingError(
+                f"--risk proves drives of new traffic, and those with --traffic {traffic} are of recorded scenes; "
+                "run without --risk, and choose λ on groups of scenes by `coverdrive dial`"
+            )
+        results, recording = Results(learning.out), learning.recording or []
+        size = {"trials": trials, "workers": workers, "vehicles": vehicles}
         fitted = fit_and_print(learning, results, study=size, traffic={"kind": traffic})
         compared = compare_and_save(results)
         if risk is not None:

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from coverdrive.dialling.splitting import Path as Found
 from coverdrive.dialling.splitting import split
@@ -211,7 +211,7 @@ def _ends(estimates: Sequence[float]) -> tuple[float, float]:
     mean = float(np.mean(estimates))
     if mean == 0:
         return 0.0, 1.0
-    reach = student.ppf(0.975, len(estimates) - 1) * _error(estimates) / mean
+    reach = stdtrit(len(estimates) - 1, 0.975) * _error(estimates) / mean
     return mean * math.exp(-reach), min(1.0, mean * math.exp(reach))
 
 

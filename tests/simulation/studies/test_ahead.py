@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from coverdrive.planning.solver import search
 from coverdrive.simulation.studies import ahead
 from coverdrive.simulation.studies.ahead import compiled_ahead
 
@@ -32,7 +33,7 @@ def gone(process: int) -> bool:
 @pytest.fixture
 def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Where a process that never comes to an end writes its number."""
-    monkeypatch.setattr(ahead, "is_compiled", lambda: False)
+    monkeypatch.setattr(search, "is_compiled", lambda: False)
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
     monkeypatch.setattr(ahead, "_CODE", WAITING.format(file=str(tmp_path / "number")))
     return tmp_path / "number"
@@ -52,6 +53,6 @@ def test_nothing_is_started_where_it_would_not_help(file: Path, monkeypatch: pyt
     with compiled_ahead():
         pass
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
-    monkeypatch.setattr(ahead, "is_compiled", lambda: True)
+    monkeypatch.setattr(search, "is_compiled", lambda: True)
     with compiled_ahead():
         pass

@@ -81,7 +81,7 @@ def _write_mp4(path: Path, frames: Iterator[memoryview], ends: Float[np.ndarray,
     with av.open(path, "w", format="mp4", options={"movflags": "+faststart"}) as video:
         stream = video.add_stream("libx264", Fraction(1 / float(ends[0])).limit_denominator(1000))
         stream.pix_fmt = "yuv420p"
-        stream.options = {"preset": "fast", "crf": "21"}
+        stream.options = {"preset": "veryfast", "crf": "21"}
         for pixels in frames:
             frame = av.VideoFrame.from_ndarray(np.asarray(pixels), format="rgba")
             if not stream.codec_context.is_open:

@@ -9,8 +9,6 @@ import sys
 from collections.abc import Generator
 from contextlib import contextmanager
 
-from coverdrive.planning.planner import MpcPlanner
-from coverdrive.planning.solver.search import is_compiled
 from coverdrive.simulation.studies.orphans import end_with_parent
 
 _CODE = "import sys; from coverdrive.simulation.studies.ahead import compile_for; compile_for(int(sys.argv[1]))"
@@ -18,8 +16,9 @@ _CODE = "import sys; from coverdrive.simulation.studies.ahead import compile_for
 
 @contextmanager
 def compiled_ahead() -> Generator[None]:
-    """Have what a planner needs compiled during the block, unless that was done before; the process ends with it."""
-    if is_compiled() or (os.cpu_count() or 1) < 2:
+    """Have what a planner needs compiled during the block, as far as it is not; the process ends with it."""
+    loaded = sys.modules.get("coverdrive.planning.solver.search")  # else it is that process that looks
+    if (loaded and loaded.is_compiled()) or (os.cpu_count() or 1) < 2:
         yield
         return
     command = [sys.executable, "-P", "-c", _CODE, str(os.getpid())]
@@ -35,4 +34,6 @@ def compiled_ahead() -> Generator[None]:
 def compile_for(parent: int) -> None:
     """Compile in this process, which ends with the one of that number."""
     end_with_parent(parent)
+    from coverdrive.planning.planner import MpcPlanner
+
     MpcPlanner().reset(0.1)

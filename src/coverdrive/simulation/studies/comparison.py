@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 import polars as pl
+import scipy
 from jaxtyping import Bool, Float
-from scipy.stats import binomtest, t
+from scipy import special
 
 from coverdrive.arguments import path_of
 from coverdrive.errors import DataError
@@ -133,7 +134,7 @@ def _of_rates(
     a, b = (table["kind"].is_in(kinds).to_numpy() for table in (ours, theirs))
     only = int((a & ~b).sum()), int((b & ~a).sum())
     low, high = newcombe_interval(a, b, confidence)
-    p = float(binomtest(only[0], sum(only)).pvalue) if sum(only) else 1.0
+    p = float(scipy.stats.binomtest(only[0], sum(only)).pvalue) if sum(only) else 1.0
     return Difference(name, len(a), float(a.mean()), float(b.mean()), low, high, p, only)
 
 
@@ -150,7 +151,7 @@ def newcombe_interval(
     correlation = product / np.sqrt(margins) if margins else 0.0
 
     def wilson(count: int) -> tuple[float, float, float]:
-        rate, interval = count / n, binomtest(count, n).proportion_ci(confidence, "wilson")
+        rate, interval = count / n, scipy.stats.binomtest(count, n).proportion_ci(confidence, "wilson")
         return rate, rate - interval.low, interval.high - rate
 
     rate_1, below_1, above_1 = wilson(both + only_first)
@@ -182,8 +183,8 @@ def paired_t(difference: Float[np.ndarray, " n"], confidence: float) -> tuple[fl
     error = float(difference.std(ddof=1) / np.sqrt(n))
     if error <= _ALIKE * abs(mean):
         return np.nan, np.nan, 1.0 if mean == 0 else np.nan
-    half = float(t.ppf((1 + confidence) / 2, n - 1)) * error
-    return mean - half, mean + half, float(2 * t.sf(abs(mean) / error, n - 1))
+    half = float(special.stdtrit(n - 1, (1 + confidence) / 2)) * error
+    return mean - half, mean + half, float(2 * special.stdtr(n - 1, -abs(mean) / error))
 
 
 def mean_interval(values: Float[np.ndarray, " n"], confidence: float) -> tuple[float, float] | tuple[None, None]:

@@ -12,10 +12,11 @@ import uuid
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from functools import partial
+from functools import cache, partial
 from typing import Any, Protocol, runtime_checkable
 
 from joblib import Parallel, delayed, parallel_config
+from joblib.externals.loky import get_reusable_executor  # pyright: ignore[reportMissingTypeStubs]
 
 from coverdrive.errors import DataError, SettingError
 from coverdrive.extras import require
@@ -98,16 +99,26 @@ def _called(function: Callable[[], object]) -> None:
 
 @contextmanager
 def _processes() -> Generator[None]:
-    """Let joblib run on processes of this machine, which end with this one."""
-    watch = partial(end_with_parent, os.getpid())
+    """Let joblib run on processes of this machine, which end with this one and serve until then."""
     try:
-        with _one_thread_each(), parallel_config("loky", inner_max_num_threads=1, initializer=watch):
+        with _one_thread_each(), parallel_config("loky", inner_max_num_threads=1, initializer=_watch(os.getpid())):
             yield
     except BrokenProcessPool as error:
         raise DataError(
             "a worker process was killed, most often because memory ran out; finished trials are kept: start the "
             "same command again, with fewer --workers"
         ) from error
+
+
+@cache
+def _watch(process: int) -> Callable[[], None]:
+    """What a worker of a process begins with: always the same function, or joblib would start other workers for it."""
+    return partial(end_with_parent, process)
+
+
+def end_processes() -> None:
+    """End at once the processes that wait for more to do; left alone, they take seconds to end with this one."""
+    get_reusable_executor(reuse=True).shutdown(kill_workers=True)  # pyright: ignore[reportArgumentType]
 
 
 def _run_parallel(setup: Drives, trials: Sequence[int], workers: int) -> Generator[Row]:
