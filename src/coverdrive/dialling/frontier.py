@@ -125,10 +125,8 @@ def drives_to_tell(first: tuple[int, int], second: tuple[int, int]) -> int | Non
 
 def told_apart(drives: int, rate: float, higher: float) -> float:
     """Probability that the exact intervals of so many drives of each of two rates do not overlap, in this order."""
-    few, many = (
-        np.arange(*scipy.stats.binom.interval(1 - _UNLIKELY, drives, each) + np.array([0, 1]))
-        for each in (rate, higher)
-    )
+    binom = scipy.stats.binom
+    few, many = (np.arange(*binom.interval(1 - _UNLIKELY, drives, each) + np.array([0, 1])) for each in (rate, higher))
     tail = (1 - _CONFIDENCE) / 2
     ends = np.where(few < drives, betaincinv(few + 1, np.maximum(drives - few, 1), 1 - tail), 1.0)
     begins = np.where(many > 0, betaincinv(np.maximum(many, 1), drives - many + 1, tail), 0.0)
