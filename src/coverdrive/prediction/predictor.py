@@ -138,8 +138,8 @@ class Predictor(StoredPredictor):
         def values(scaled: Float[Array, "n I"]) -> Float[Array, "n _"]:
             return jnp.concatenate(network.scored(scaled), axis=-1)
 
-        scored = jax.jit(values, compiler_options=ALONE)
-        return lambda features: scored(network.scaled(features))
+        scored, scaled = jax.jit(values, compiler_options=ALONE), network.scaled
+        return lambda features: scored(scaled(features))
 
     def choices(
         self, scene: Scene, road: Road, times: Float[np.ndarray, " n"]

@@ -22,7 +22,8 @@ from numpy.typing import ArrayLike
 
 from coverdrive.compiled import compiled, lent
 from coverdrive.prediction.boxes.boxes import WHOLE, Boxes
-from coverdrive.prediction.learning.network import Network
+from coverdrive.prediction.learning.inputs import network_inputs
+from coverdrive.prediction.learning.network import LIMIT, Network
 
 _TERMS = 3
 """of the polynomials, fewer where there are fewer points"""
@@ -73,11 +74,14 @@ class BoxNetwork(eqx.Module):
     def function(self) -> Callable[[Float[np.ndarray, "N F"]], Float[np.ndarray, "2 N P 2"]]:
         """That of features which gives centres [m] (0) and half sizes [m] at r = 1 (1)."""
         layers, (place, shapes) = self.network, shapes_of(len(self.usual))
+        inputs = layers.inputs
 
         def plain(values: ArrayLike, kind: type = np.float32) -> np.ndarray:
             return np.array(values, dtype=kind, order="C")  # a copy, for which code need not be compiled anew
 
         forward = _Forward(
+            plain(layers.mean),
+            plain(layers.scale),
             tuple(plain(np.swapaxes(np.asarray(each), 1, 2)) for each in layers.weights),
             tuple(plain(each) for each in layers.biases),
             plain(place, float),
@@ -86,8 +90,8 @@ class BoxNetwork(eqx.Module):
         )
 
         def boxes_at(features: Float[np.ndarray, "N F"]) -> Float[np.ndarray, "2 N P 2"]:
-            result = np.empty((2, len(features), *self.usual.shape))
-            _write_boxes(layers.scaled(features), forward, result)
+            result = np.empty((2, len(features), *forward.usual.shape))
+            _write_boxes(network_inputs(features, inputs), forward, result)
             return result
 
         return boxes_at
@@ -108,6 +112,8 @@ class BoxNetwork(eqx.Module):
 class _Forward(NamedTuple):
     """A network as compiled code takes it."""
 
+    mean: Float32[np.ndarray, " I"]
+    scale: Float32[np.ndarray, " I"]
     weights: tuple[Float32[np.ndarray, "E _ _"], ...]
     """of each layer, members × inputs × outputs"""
     biases: tuple[Float32[np.ndarray, "E _"], ...]
@@ -121,16 +127,20 @@ class _Forward(NamedTuple):
 
 @compiled
 def _write_boxes(
-    scaled: Float32[np.ndarray, "N I"], forward: _Forward, result: Float[np.ndarray, "2 N P 2"]
+    seen: Float32[np.ndarray, "N I"], forward: _Forward, result: Float[np.ndarray, "2 N P 2"]
 ) -> None:  # fmt: skip
-    """Write the boxes of vehicles of which the first layer sees this."""
+    """Write the boxes of vehicles whose inputs are these, all that there are."""
     members, points, terms = len(forward.biases[0]), *forward.place.shape
     sums = np.empty((2, terms, 2))
     logarithms = np.empty((points, 2))
-    for v in range(len(scaled)):
+    values = np.empty(len(forward.mean), np.float32)
+    for v in range(len(seen)):
+        for i in range(len(values)):
+            value = (seen[v, i] - forward.mean[i]) / forward.scale[i]
+            values[i] = np.minimum(np.maximum(value, -LIMIT), LIMIT)
         sums[:], logarithms[:] = 0.0, 0.0
         for member in range(members):
-            outputs = scaled[v]
+            outputs = values
             for layer in range(len(forward.weights)):
                 outputs = _after(outputs, forward.weights[layer][member], forward.biases[layer][member], layer > 0)
             for k in range(terms):

@@ -21,7 +21,7 @@ from coverdrive.prediction.learning.inputs import Inputs, network_inputs
 
 Output = Literal["sigmoid", "softmax", "boxes"]
 
-_LIMIT = 3.0
+LIMIT = 3.0
 """of scaled inputs to networks that give boxes, which have to make sense of what no training sample was like"""
 
 
@@ -84,7 +84,7 @@ class Network(eqx.Module):
         values = network_inputs(features, self.inputs)
         values -= self.mean
         values /= self.scale
-        return values.clip(-_LIMIT, _LIMIT, out=values) if self.output == "boxes" else values
+        return values.clip(-LIMIT, LIMIT, out=values) if self.output == "boxes" else values
 
     def scores(self, features: Float[np.ndarray, "N F"]) -> Float32[np.ndarray, "N M"]:
         """Score of every base trajectory, in [0, 1]."""
