@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from coverdrive.simulation.studies import workers
-from coverdrive.simulation.studies.workers import call_all, run_trials
+from coverdrive.simulation.studies.workers import call_all, end_processes, run_trials
 
 
 class Looking:
@@ -58,3 +58,17 @@ def test_functions_are_all_called_in_this_process_or_in_others(processes: int, t
     files = [tmp_path / str(number) for number in range(3)]
     assert len(list(call_all([partial(note_process, file) for file in files], processes))) == 3
     assert all((file.read_text() == str(os.getpid())) == (processes == 1) for file in files)
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
+def test_the_same_processes_serve_until_they_are_ended(tmp_path: Path) -> None:
+    def called() -> set[str]:
+        files = [tmp_path / str(number) for number in range(4)]
+        assert len(list(call_all([partial(note_process, file) for file in files], 2))) == 4
+        return {file.read_text() for file in files}
+
+    first = called() | called()
+    assert len(first) <= 2
+    end_processes()
+    assert not any(Path(f"/proc/{process}").exists() for process in first)
+    assert not called() & first
