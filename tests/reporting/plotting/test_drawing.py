@@ -45,6 +45,17 @@ def test_every_mark_is_drawn_where_it_is_specified():
     assert not empty.lines
 
 
+def test_points_of_which_there_are_none_take_no_room():
+    curve, none = Line(x=[1, 10], y=[1, 10]), Points(x=[], y=[], low=[], high=[])
+
+    def places(*marks):
+        drawn = draw(Figure([[Panel([*marks], Axis("x", log=True), Axis("y", log=True))] * 2], 3.0))
+        FigureCanvasAgg(drawn).draw()
+        return [axes.get_position().bounds for axes in drawn.axes]
+
+    assert places(curve, none) == places(curve)
+
+
 def test_limits_ticks_and_legend_are_those_of_the_specification():
     figure = everything()
     drawn = draw(figure)

@@ -82,6 +82,8 @@ def _draw_mark(axes: Axes, mark: Mark, look: dict[str, Any]) -> None:
         case Line():
             axes.plot(np.asarray(mark.x), np.asarray(mark.y), linewidth=mark.width, alpha=mark.opacity,
                       linestyle=_dash(mark), drawstyle="steps-post" if mark.step else "default", **look)  # fmt: skip
+        case Points() if not np.size(mark.x):
+            pass  # drawn, it would be in the corner of the figure, and the panel laid out to reach it
         case Points():
             x, y = np.asarray(mark.x, dtype=float), np.asarray(mark.y, dtype=float)
             if mark.low is not None and mark.high is not None:
