@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from coverdrive.prediction.boxes.network import BoxNetwork, decoded
+from coverdrive.prediction.boxes.network import BoxNetwork, _write_boxes, decoded
 from coverdrive.prediction.learning.affordance import FEATURES, MOTION
 from coverdrive.prediction.learning.inputs import Inputs
 from coverdrive.prediction.learning.network import Network
@@ -29,3 +29,13 @@ def test_boxes_are_those_of_the_network(inputs: Inputs, members: int, points: in
     unknown[1, 0] = np.nan
     now = network.function(unknown)
     assert np.isfinite(now[:, 0]).all() and np.isnan(now[:, 1]).all()
+
+
+def test_a_network_that_was_read_needs_no_code_of_its_own() -> None:
+    made = BoxNetwork(Network.create(SOME, (5,), 12, RNG, inputs="motion", output="boxes"), np.ones((6, 2)))
+    arrays = {name: values.copy() for name, values in made.arrays.items()}
+    for values in arrays.values():
+        values.flags.writeable = False
+    found, compiled = made.function(SOME), list(_write_boxes.signatures)
+    np.testing.assert_array_equal(BoxNetwork.of(arrays, made.network.kind).function(SOME), found)
+    assert list(_write_boxes.signatures) == compiled

@@ -130,12 +130,16 @@ def test_training_finds_where_vehicles_go_and_how_sure_that_is() -> None:
     assert np.array_equal(train_boxes(features_of(segments), segments, settings)[1], losses)
 
 
-def test_scores_are_the_same_part_by_part(seen: np.ndarray, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_boxes_are_the_same_part_by_part(seen: np.ndarray, monkeypatch: pytest.MonkeyPatch) -> None:
     segments = straight(50)
     network, losses = train_boxes(seen, segments, LITTLE)
     whole = network.boxes_of(seen)
     scores = scored_by(whole, segments).scores
     monkeypatch.setattr("coverdrive.prediction.data.parts.PART", 20)
+    parts = network.boxes_of(seen)
+    np.testing.assert_allclose(parts.centre, whole.centre, atol=1e-6)
+    np.testing.assert_allclose(parts.half_sizes, whole.half_sizes, rtol=1e-6)
+    assert parts.centre.dtype == whole.half_sizes.dtype == np.float64
     np.testing.assert_array_equal(scored_by(whole, segments).scores, scores)
     np.testing.assert_array_equal(train_boxes(seen, segments, LITTLE)[1], losses)
 

@@ -1,11 +1,15 @@
 """Layers, members, prior and storage of the network, by hand."""
 
+from typing import get_args
+
 import numpy as np
 import pytest
 
 from coverdrive.prediction.learning.affordance import FEATURES
 from coverdrive.prediction.learning.inputs import Inputs, network_inputs
 from coverdrive.prediction.learning.network import Network
+
+NEIGHBOURS = ("front", "left front", "right front", "left rear", "right rear")
 
 
 def small(output: str, prior: float = 0.0) -> Network:
@@ -62,6 +66,31 @@ def features_of(**values: float) -> np.ndarray:
 
 def inputs_of(row: np.ndarray, inputs: Inputs) -> np.ndarray:
     return network_inputs(row[None], inputs)[0]
+
+
+def test_inputs_of_each_kind_are_those_of_the_obvious_way() -> None:
+    rows = np.random.default_rng(0).normal(8, 20, (50, 22)).astype(np.float32)
+    named = dict(zip(FEATURES, rows.T, strict=False))
+    speed, pairs, gaps = named["speed"], list[list[np.ndarray]](), list[np.ndarray]()
+    for each in NEIGHBOURS:
+        inverse = 1 / np.maximum(named[f"{each} clearance"], 1)
+        nearing = named[f"{each} relative speed"] * (1 if "rear" in each else -1)
+        pairs.append([inverse, np.clip(nearing, -10, 10) * inverse])
+        gaps.append(np.clip(named[f"{each} clearance"] / np.maximum(speed, 1), -1, 5))
+    offset, crawls = np.abs(named["distance to lane centre"]), (speed < 3).astype(np.float32)
+    around = [column for pair, gap in zip(pairs, gaps, strict=True) for column in (*pair, gap)]
+    derived = [*rows.T[:21], *around, offset, np.log1p(np.maximum(speed, 0)), crawls]
+    faster = [named[f"{each} relative speed"] for each in NEIGHBOURS]
+    urgent = [speed, named["distance to lane centre"], named["front clearance"], *faster, *pairs[0], gaps[0]]
+    expected: dict[Inputs, list[np.ndarray]] = {
+        "affordance": [*rows.T[:21]],
+        "derived": derived,
+        "motion": [*derived, rows.T[21]],
+        "urgency": [*urgent, *(column for pair in pairs[1:] for column in pair), offset, crawls, rows.T[21]],
+    }
+    assert set(expected) == set(get_args(Inputs))
+    for inputs, columns in expected.items():
+        np.testing.assert_allclose(network_inputs(rows, inputs), np.stack(columns, axis=1), rtol=1e-6, atol=1e-6)
 
 
 def test_derived_inputs_by_hand() -> None:

@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 
 from coverdrive.compiled import compiled, lent
 from coverdrive.prediction.boxes.boxes import WHOLE, Boxes
+from coverdrive.prediction.data.parts import parts
 from coverdrive.prediction.learning.inputs import network_inputs
 from coverdrive.prediction.learning.network import LIMIT, Network
 
@@ -66,9 +67,11 @@ class BoxNetwork(eqx.Module):
         return 4 * min(_TERMS, points)
 
     def boxes_of(self, features: Float[np.ndarray, "N F"]) -> Boxes:
-        """The boxes of vehicles with these features."""
-        centre, half_sizes = self.function(features)
-        return Boxes(centre, half_sizes, np.asarray(self.arms), np.asarray(self.early))
+        """The boxes of vehicles with these features, part by part: inputs on the way there take much memory."""
+        found, boxes_at = np.empty((2, len(features), *self.usual.shape)), self.function
+        for part in parts(len(features)):
+            found[:, part] = boxes_at(features[part])
+        return Boxes(found[0], found[1], np.asarray(self.arms), np.asarray(self.early))
 
     @property
     def function(self) -> Callable[[Float[np.ndarray, "N F"]], Float[np.ndarray, "2 N P 2"]]:
