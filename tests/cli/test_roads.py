@@ -118,3 +118,7 @@ def test_a_road_says_what_it_replaces_of_a_file(
 def test_replays_are_refused_as_a_proof_before_anything_is_learned(kind: str, tmp_path: Path) -> None:
     refused = coverdrive("run", "--traffic", kind, "--risk", "0.01", "--out", tmp_path / "out", status=2)
     assert "--risk proves drives of new traffic" in refused and not (tmp_path / "out").exists()
+    told = ("run", "--risk", "0.01", "--out", tmp_path / "out", "--set", f"traffic.kind={kind}")
+    assert "--risk proves drives of new traffic" in coverdrive(*told, status=2)
+    narrow = ("run", "--traffic", kind, "--out", tmp_path / "out", "--set", "study.until_width=0.1")
+    assert "whose width could end a study" in coverdrive(*narrow, status=2) and not (tmp_path / "out").exists()

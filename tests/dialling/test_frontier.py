@@ -33,11 +33,18 @@ def test_who_stops_when_an_interval_excludes_the_truth_needs_one_that_holds_at_a
         hits = random.random(400) < rate
         stop = next((n for n in looks if clopper_pearson(int(hits[:n].sum()), n)[1] < rate), 400)
         rows = {"kind": np.where(hits[:stop], "side", "finished"), "at_fault": "none", "mean_speed": 20.0}
-        table = pl.DataFrame(rows | {"share_unsafe": 0.0, "usual_headway": 1.0})
+        table = pl.DataFrame(rows | {"share_unsafe": 0.0, "usual_headway": 1.0, "time": 20.0})
         for anytime in outside:
             line = frontier({("proof", "somebody", None): table}, Sized(FakeBasis.make()), anytime).row(0, named=True)
             outside[anytime] += not line["rate_low"] <= rate <= line["rate_high"]
     assert outside[True] <= 5 and outside[False] > 12
+
+
+def test_the_unsafe_plans_of_a_drive_that_ended_early_count_for_as_many_as_they_are() -> None:
+    rows = {"kind": ["finished", "side"], "at_fault": ["none", "other"], "mean_speed": 20.0, "usual_headway": 1.0}
+    table = pl.DataFrame(rows | {"time": [20.0, 5.0], "share_unsafe": [0.0, 0.5]})
+    line = frontier({("pilot", "somebody", None): table}, Sized(FakeBasis.make()), False).row(0, named=True)
+    assert line["share_unsafe"] == pytest.approx(0.5 * 5 / 25) and line["collisions"] == 1
 
 
 def test_who_is_told_apart_needs_none_and_who_is_alike_has_no_number() -> None:

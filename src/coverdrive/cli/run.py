@@ -39,14 +39,18 @@ def run(
             from coverdrive.reporting.contents import Certified
             from coverdrive.reporting.report import draw_everything
             from coverdrive.results import Results, certificate_record
+            from coverdrive.simulation.studies.study import check_early_end
             from coverdrive.simulation.traffic.replay import REPLAYS
-        if risk is not None and traffic in REPLAYS:
-            raise SettingError(
-                f"--risk proves drives of new traffic, and those with --traffic {traffic} are of recorded scenes; "
-                "run without --risk, and choose λ on groups of scenes by `coverdrive dial`"
-            )
         results, recording = Results(learning.out), learning.recording or []
         size = {"trials": trials, "workers": workers, "vehicles": vehicles}
+        asked = learning.experiment(study=size, traffic={"kind": traffic})  # refused before hours of learning
+        replays = asked.traffic.kind in REPLAYS
+        if risk is not None and replays:
+            raise SettingError(
+                f"--risk proves drives of new traffic, and those with --traffic {asked.traffic.kind} are of recorded "
+                "scenes; run without --risk, and choose λ on groups of scenes by `coverdrive dial`"
+            )
+        check_early_end(asked.study.until_width, replays)
         fitted = fit_and_print(learning, results, study=size, traffic={"kind": traffic})
         compared = compare_and_save(results)
         if risk is not None:

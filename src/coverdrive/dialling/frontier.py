@@ -15,7 +15,7 @@ from coverdrive.certificates.drives import limit_of
 from coverdrive.errors import SettingError
 from coverdrive.league.entrants import Known, seated
 from coverdrive.simulation.measures.notable import COLLIDED, OWN_FAULT
-from coverdrive.simulation.measures.statistics import median_headway
+from coverdrive.simulation.measures.statistics import median_headway, plan_share
 from coverdrive.simulation.measures.trial import STARTED
 from coverdrive.simulation.predictor import Scalable
 from coverdrive.simulation.studies.comparison import mean_interval
@@ -96,7 +96,7 @@ def frontier(
                 "mean_speed": float(speeds.mean()),
                 "speed_low": slow,
                 "speed_high": fast,
-                "share_unsafe": float(table["share_unsafe"].to_numpy().mean()),
+                "share_unsafe": plan_share(table, "unsafe"),
                 "headway": median_headway(table),
             }
         )

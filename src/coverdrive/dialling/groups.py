@@ -27,6 +27,7 @@ from coverdrive.prediction.predictor import AnyPredictor, Predictor
 from coverdrive.progress import stage
 from coverdrive.recordings.recording import Recording
 from coverdrive.simulation.measures.notable import COLLIDED, OWN_FAULT
+from coverdrive.simulation.measures.statistics import plan_share
 from coverdrive.simulation.measures.trial import STARTED
 from coverdrive.simulation.predictor import Belief
 from coverdrive.simulation.studies.folder import StudyFolder
@@ -129,7 +130,7 @@ def across_groups(
                     "collisions": int(table.select(COLLIDED.sum()).item()),
                     "own_fault": int(table.select(OWN_FAULT.sum()).item()),
                     "mean_speed": float(table["mean_speed"].to_numpy().mean()),
-                    "share_unsafe": float(table["share_unsafe"].to_numpy().mean()),
+                    "share_unsafe": plan_share(table, "unsafe"),
                 }
             )
     if not lines:

@@ -353,7 +353,8 @@ class MpcPlanner:
         """What the search is made for."""
         applied, problem = self._memory.applied if self._memory else np.zeros(2), self.settings.problem
         return surroundings_of(
-            call.state, applied, paths, self._table, problem, call.speed, call.manners, call.wish.braking
+            call.state, applied, paths, self._table, problem, call.speed, call.manners, call.wish.braking,
+            call.wish.urgent,
         )
 
     def _plan_of(self, call: Call, found: _Found, status: Status) -> Plan:

@@ -40,6 +40,7 @@ class Surroundings(NamedTuple):
 def surroundings_of(
     state: Float[np.ndarray, " 4"], applied: Float[np.ndarray, " 2"], paths: PredictedPaths, table: RoadTable,
     problem: ProblemSettings, speed: float | None = None, manners: MannersSettings = NONE, braking: float = 0.0,
+    urgent: bool = False,
 ) -> Surroundings:  # fmt: skip
     """What a plan is made for, along the road from where the ego is, after these inputs; at a wished speed [m/s]."""
     lon, shape = float(state[0]), problem.obstacles
@@ -56,7 +57,7 @@ def surroundings_of(
         state=np.array([0.0, *state[1:]]),
         previous_input=np.array(applied),
         road=table.ahead(lon),
-        wanted=table.wanted_from(lon, float(state[2]), problem, speed, braking),
+        wanted=table.wanted_from(lon, float(state[2]), problem, speed, braking, urgent),
         boxes=every.compress(near, axis=2),
         likely=likely,
         sideways=manners.fastest_sideways,

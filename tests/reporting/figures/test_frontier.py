@@ -6,7 +6,8 @@ import polars as pl
 import pytest
 from report_fakes import make_frontier
 
-from coverdrive.reporting.figures.frontier import frontier_sketch
+from coverdrive.reporting.figures.frontier import frontier_figure, frontier_sketch
+from coverdrive.reporting.plotting.figure import Texts
 
 WIDE, HIGH, EDGE = 230, 74, 6
 
@@ -42,3 +43,10 @@ def test_drives_that_are_all_alike_are_one_point() -> None:
     ours = make_frontier().tail(1)
     points, _, _ = parts(frontier_sketch(ours, 0.5))
     assert points == [("here", EDGE, HIGH - EDGE)]
+
+
+def test_every_point_of_ours_says_its_scale_and_is_hidden_with_it() -> None:
+    panel = frontier_figure(make_frontier()).panels[0]
+    words = [(mark.text, mark.name, mark.x, mark.y) for mark in panel.marks if isinstance(mark, Texts)]
+    pilot = [([f"λ = {scale:g}"], "default, pilot", [x], [y]) for scale, x, y in ((0, 4, 35), (0.5, 1, 34), (1, 0, 32))]
+    assert words == [*pilot, (["λ = 0.5"], "default, proof", [0.0], [34.5])]

@@ -31,6 +31,8 @@ _FREE = 1e3
 """[m/s] that no road forbids"""
 _HELD = 0.9
 """share of the lateral acceleration that following the road may take at the most"""
+_HURRIED = 0.85
+"""share of it at the wanted speed where that is urgent"""
 _UNSURE = 0.5
 """[m] by which a body may be elsewhere along the road than evenly between the ends of a step, less than dt²·|f'|/8"""
 _LEAST = 0.25
@@ -46,8 +48,8 @@ class RoadTable(NamedTuple):
     """seen from its beginning"""
     sharpest: Float[np.ndarray, " R"]
     """[1/m] largest curvature, without its sign, of all that is near"""
-    wanted: Float[np.ndarray, " R"]
-    """[m/s] speed at which curves are driven"""
+    wanted: Float[np.ndarray, "2 R"]
+    """[m/s] speed at which curves are driven, and if it is urgent"""
     ends: Float[np.ndarray, "E 2"]
     """[m] centres of what stands beside the road where lanes end"""
     vehicle: Any
@@ -60,7 +62,8 @@ class RoadTable(NamedTuple):
         return self.road._replace(first=-lon)
 
     def wanted_from(
-        self, lon: float, speed: float, problem: ProblemSettings, wished: float | None, braking: float = 0.0
+        self, lon: float, speed: float, problem: ProblemSettings, wished: float | None, braking: float = 0.0,
+        urgent: bool = False,
     ) -> Float[np.ndarray, " P"]:
         """[m/s] the wanted speed at every moment, getting along from a position [m] and speed [m/s] as fast as that.
 
@@ -72,11 +75,11 @@ class RoadTable(NamedTuple):
         most = np.full(problem.steps + 1, usual)
         if braking > 0:
             most = np.minimum(most, speed - braking * problem.dt * np.arange(len(most)))
-        if len(self.wanted) == 1:
+        if self.wanted.shape[1] == 1:
             return most
-        result, rows = np.empty(problem.steps + 1), self.road.spacing * np.arange(len(self.wanted))
+        result, rows = np.empty(problem.steps + 1), self.road.spacing * np.arange(self.wanted.shape[1])
         for k in range(len(result)):
-            result[k] = min(np.interp(lon, rows, self.wanted), most[k])
+            result[k] = min(np.interp(lon, rows, self.wanted[int(urgent)]), most[k])
             slower = speed - problem.dt * problem.cost.curve_braking
             speed = max(0.0, min(speed + problem.dt * problem.vehicle.max_acceleration, max(result[k], slower)))
             lon += problem.dt * speed
@@ -92,7 +95,7 @@ def table_of(road: Road, problem: ProblemSettings) -> RoadTable:
     car, cost, plain = problem.vehicle, problem.cost, vehicle_of(problem.vehicle)
     if road.line is None and road.changing is None:
         rows = np.array([[0.0, road.edges[0], road.edges[-1], np.inf]], dtype=float)
-        nothing = RoadAhead(rows, 0.0, 1.0, 0.0), np.zeros(1), np.full(1, _FREE), np.zeros((0, 2))
+        nothing = RoadAhead(rows, 0.0, 1.0, 0.0), np.zeros(1), np.full((2, 1), _FREE), np.zeros((0, 2))
         return RoadTable(*nothing, plain, plain)
     spacing, length, line = _SPACING, float(road.length), 0.0
     if road.line is not None:
@@ -113,7 +116,7 @@ def table_of(road: Road, problem: ProblemSettings) -> RoadTable:
     right, left = largest_within(edges, 2 + (half_length + half_width + _UNSURE) / spacing).T
     square = car.max_lateral_acceleration / np.maximum(np.abs(curvature) * (1 + near), TINY)
     held = _allowed(lon, _HELD * square, car.max_deceleration / 2)
-    wanted = _allowed(lon, cost.curve_share * square, cost.curve_braking)
+    wanted = np.stack([_allowed(lon, share * square, cost.curve_braking) for share in (cost.curve_share, _HURRIED)])
     farther, nearer = 1 + near, 1 - near
     braking = car.max_deceleration / farther - (held**2 * change * aside).max()
     vehicle = plain._replace(

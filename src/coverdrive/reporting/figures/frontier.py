@@ -9,7 +9,7 @@ from rich.table import Table
 from coverdrive.dialling.frontier import OURS, POWER, drives_to_tell
 from coverdrive.percentages import at_most, interval, percent
 from coverdrive.reporting.plotting import style
-from coverdrive.reporting.plotting.figure import Axis, Figure, Mark, Panel, crossed
+from coverdrive.reporting.plotting.figure import Axis, Figure, Mark, Panel, Texts, crossed
 from coverdrive.reporting.tables.fitting import columns_table
 
 
@@ -82,12 +82,14 @@ def _marks(line: dict[str, Any], number: int) -> list[Mark]:
     low, high = 100 * line["rate_low"], 100 * line["rate_high"]
     scale = "" if line["scale"] is None else f", λ = {line['scale']:g}"
     said = f"{line['who']}{scale}\n{line['collisions']} of {line['drives']} collided ({low:.2g}–{high:.2g} %)"
-    return crossed(
-        100 * line["collisions"] / line["drives"], line["mean_speed"], (low, high),
-        (line["speed_low"], line["speed_high"]), f"{said}\n{line['mean_speed']:.2f} m/s",
-        colour=style.CYCLE[(number + 4 * (line["drives_of"] == "proof")) % len(style.CYCLE)],
-        marker=style.MARKERS[number % len(style.MARKERS)], name=f"{line['who']}, {line['drives_of']}",
-    )  # fmt: skip
+    x, y = 100 * line["collisions"] / line["drives"], line["mean_speed"]
+    name, proof = f"{line['who']}, {line['drives_of']}", line["drives_of"] == "proof"
+    colour = style.CYCLE[(number + 4 * proof) % len(style.CYCLE)]
+    words = Texts(x=[x], y=[y], text=[scale[2:]], above=-9.0 if proof else 2.0, name=name, colour=colour)
+    return [*crossed(
+        x, y, (low, high), (line["speed_low"], line["speed_high"]), f"{said}\n{y:.2f} m/s", colour=colour,
+        marker=style.MARKERS[number % len(style.MARKERS)], name=name,
+    ), *[words] * bool(scale)]  # fmt: skip
 
 
 def _cells(line: dict[str, Any]) -> tuple[str, ...]:

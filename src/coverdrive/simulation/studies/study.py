@@ -105,11 +105,7 @@ class Study:
             )
         if until_width is not None and not 0 < finite("until_width", until_width) < 1:
             raise SettingError(f"until_width: expected a number between 0 and 1, got {until_width!r}")
-        if until_width is not None and self.setup.replays:
-            raise SettingError(
-                f"until_width: {DEPENDENT} whose width could end a study, got {until_width!r}; leave it out, and say "
-                "by trials how many to drive"
-            )
+        check_early_end(until_width, self.setup.replays)
         with alone(self.folder):
             setup = self._loaded
             self.files.go_on(trials, early=until_width is not None)
@@ -124,6 +120,15 @@ class Study:
         if not table.select(STARTED.any()).item():
             raise DataError(f"none of the {table.height} trials could start: {table['reason'][0]}")
         return self
+
+
+def check_early_end(until_width: float | None, replays: bool) -> None:
+    """Refuse, with a SettingError, that the width of intervals ends a study that has none."""
+    if until_width is not None and replays:
+        raise SettingError(
+            f"until_width: {DEPENDENT} whose width could end a study, got {until_width!r}; leave it out, and say "
+            "by trials how many to drive"
+        )
 
 
 def drive_missing(
