@@ -252,6 +252,27 @@ REFUSED: dict[str, tuple[Callable[[str], str], str]] = {
 }  # fmt: skip
 
 
+def test_what_stands_needs_no_speed_in_an_older_format(tmp_path: Path) -> None:
+    """Of 2018b, where obstacles say by their role whether they move."""
+    path = written(tmp_path, SOON, traffic=TRAFFIC)
+    content = re.sub(
+        "<location>.*</scenarioTags>", "", path.read_text().replace("2020a", '2018b" tags="'), flags=re.DOTALL
+    )
+    content = re.sub(r'<dynamicObstacle (id="\d+")>', r"<obstacle \1><role>dynamic</role>", content)
+    path.write_text(content.replace("</dynamicObstacle>", "</obstacle>"))
+    (driven,) = solve(path, PREDICTOR)
+    assert driven.row["solved"], driven.row["reason"]
+    bare = re.sub(r"(<initialState>.*?)<velocity>.*?</velocity>", r"\1", path.read_text(), count=1, flags=re.DOTALL)
+    path.write_text(bare)
+    (moving,) = solve(path, PREDICTOR)
+    assert "the initial state of a dynamicObstacle has no velocity" in moving.row["reason"]
+    path.write_text(
+        re.sub("<role>dynamic(.*?)<trajectory>.*?</trajectory>", r"<role>static\1", bare, count=1, flags=re.DOTALL)
+    )
+    (standing,) = solve(path, PREDICTOR)
+    assert standing.drive is not None, standing.row["reason"]
+
+
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_nobody_can_drive_is_a_row_with_its_reason(case: str, tmp_path: Path) -> None:
     change, problem = REFUSED[case]

@@ -2,6 +2,7 @@
 
 import os
 import pickle
+import re
 import signal
 import subprocess
 import sys
@@ -15,7 +16,7 @@ import pytest
 from commonroad.common.solution import CommonRoadSolutionReader
 from driving_fakes import PREDICTOR
 from problem_fakes import TRAFFIC, between, box, goal, written
-from recordings_fakes import RADIUS, TURN, driving, on_map, scenario, three_lanes
+from recordings_fakes import RADIUS, TURN, driving, on_map, scenario, state, three_lanes, vehicle
 from shapely.geometry import Point
 
 from coverdrive.driving import drivability
@@ -91,6 +92,31 @@ def test_the_recorded_ego_and_vehicles_beside_the_road_are_no_others(tmp_path: P
     assert (speed, size) == (14.0, (4.6, 1.9))
     assert heading == pytest.approx(TURN + 104 / RADIUS, abs=1e-3)
     assert set(found.others(40)) == {100}
+
+
+def coming(number: int, at: float, left: float, across: float, size: str = "4.6") -> str:
+    """A car that drives across the road at a speed [m/s], to the left if that is positive."""
+    heading = TURN + at / RADIUS + np.pi / 2 * np.sign(across)
+    tags = ["initialState", *["state"] * 59]
+    states = [state(at, left + across * moment / 10, abs(across), moment, tag) for moment, tag in enumerate(tags)]
+    turned = [re.sub(r"(<orientation><exact>)[^<]*", rf"\g<1>{heading:.4f}", each) for each in states]
+    return vehicle(number, turned).replace("<length>4.6", f"<length>{size}")
+
+
+def test_who_comes_from_beside_the_road_is_told_in_time_and_who_passes_by_is_not(tmp_path: Path) -> None:
+    """The road is 11 m wide; a car is told of 1 s before it comes to 1.8 m beside it, or as it reaches over."""
+    beside = {
+        105: coming(105, 80.0, -21.0, 5.0),
+        106: coming(106, 80.0, 8.0, -4.0),
+        107: coming(107, 120.0, -21.0, -5.0),
+        108: driving(108, 60.0, -14.0, 10.0, 60),
+        109: coming(109, 50.0, -19.0, 0.5, "18.0"),
+    }
+    found = read(written(tmp_path, goal(), traffic=TRAFFIC + "".join(beside.values())))
+    seen = {number: [moment for moment in range(60) if number in found.others(moment)] for number in beside}
+    assert seen[105][0] == 7 and seen[106][0] == 6  # after 10 − 1.8 − 5 of 5, and 8 − 1.8 − 4 of 4 metres per second
+    assert not seen[107] and not seen[108]
+    assert seen[109] == list(range(60))  # its nose is on the road from the beginning
 
 
 def test_the_trailer_of_the_recorded_ego_is_a_part_of_it(tmp_path: Path) -> None:

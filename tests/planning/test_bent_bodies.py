@@ -156,10 +156,14 @@ def test_wanted_speeds_fall_before_a_curve_and_hold_in_it() -> None:
     assert table.wanted_from(0.0, 1.0, PROBLEM, -2.0)[-1] == -2.0
     assert table.wanted_from(0.0, 10.0, PROBLEM, 9.0, 2.0)[[0, 2, -1]] == pytest.approx([9.0, 9.0, 4.0])
     comfort = np.sqrt(PROBLEM.cost.curve_share * 4 * 150)
-    assert 0.9 * comfort < table.wanted[-1] <= comfort
-    slower = np.diff(table.wanted**2) / (2 * 2.0)
-    assert slower.min() == pytest.approx(-PROBLEM.cost.curve_braking)
-    assert table.wanted[-1] < table.road.rows[-1, 3] <= np.sqrt(0.9 * 4 * 150)
+    usual, urgent = table.wanted
+    assert 0.9 * comfort < usual[-1] <= comfort
+    for each in table.wanted:
+        slower = np.diff(each**2) / (2 * 2.0)
+        assert slower.min() == pytest.approx(-PROBLEM.cost.curve_braking)
+    assert usual[-1] < urgent[-1] < table.road.rows[-1, 3] <= np.sqrt(0.9 * 4 * 150)
     wanted = table.wanted_from(400.0, 30.0, PROBLEM, 40.0)
     assert (np.diff(wanted) < 0).all() and len(wanted) == 13
+    hurried = table.wanted_from(400.0, 30.0, PROBLEM, 40.0, urgent=True)
+    assert (hurried > wanted).all() and (np.diff(hurried) < 0).all()
     assert table.vehicle.braking < CAR.max_deceleration == CONSTANTS.vehicle.braking

@@ -66,7 +66,7 @@ def clear_and_wrong(first: int, roads: int, scenes: int = 5, plans: int = 6) -> 
             lat = rng.uniform(1.2, 9.6)
             state = np.array([rng.uniform(150, 400), lat, rng.uniform(0, 30), rng.normal(0, 0.04)])
             paths, true, sizes = others(rng, state, 2)
-            around = surroundings_of(state, np.zeros(2), paths, table, PROBLEM, 40.0)
+            around = surroundings_of(state, np.zeros(2), paths, table, PROBLEM)
             wished = wishes(rng, plans) * [1.0, rng.choice([0.05, 0.2, 1.0])]
             got = evaluated(wished, around, constants=constants)
             found += wrong(state, fail_safe(got)[got.clear], in_map(true, road), sizes, road)

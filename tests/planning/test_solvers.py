@@ -21,7 +21,7 @@ EXACT = SolverSettings(tolerance=1e-7, max_iterations=500)
 
 def made(paths) -> Surroundings:
     table = table_of(Road.straight(), PROBLEM)
-    return surroundings_of(np.array([50.0, 1.8, 20.0, 0.0]), np.zeros(2), paths, table, PROBLEM, 40.0)
+    return surroundings_of(np.array([50.0, 1.8, 20.0, 0.0]), np.zeros(2), paths, table, PROBLEM)
 
 
 @pytest.mark.parametrize("targets", [(1.8, 1.8), (5.4, 1.8)])

@@ -16,7 +16,7 @@ from shapely.ops import unary_union
 
 from coverdrive.driving.perception import Told
 from coverdrive.errors import DataError
-from coverdrive.geometry import boxes_overlap
+from coverdrive.geometry import body_corners, boxes_overlap
 from coverdrive.recordings.files.scenario import is_vehicle, numbers_of, states_of
 from coverdrive.recordings.tracks.repair import VERGE
 from coverdrive.road import Road
@@ -25,6 +25,8 @@ _HEADINGS = 9
 """at which a body of uncertain heading is looked at"""
 _LONG = 20.0
 """[m] standing obstacles that are longer, as walls and guard rails are, are told in pieces of at most this length"""
+_SOON, _FAR = 1.0, 5.0
+"""[s] before a vehicle comes to the road at which it is told of, and [m] that it is away at the most"""
 _MOTION = ("velocity", "orientation")
 _COLUMNS = ("vehicle", "time", "lon", "lat", "speed", "heading", "length", "width")
 
@@ -115,6 +117,16 @@ def near(points: Any, road: Road, beside: float = VERGE) -> Any:
     edges = road.edges_at(lon)
     within = (edges[..., 0] - beside <= lat) & (lat <= edges[..., -1] + beside)
     return within & (-beside <= lon) & (lon <= road.length + beside)
+
+
+def comes_near(pose: Any, size: Any, road: Road) -> bool:
+    """Whether a vehicle is on a road, in part or beside it, or comes there before long if it goes on as it does."""
+    (x, y, speed, heading), corners = pose, body_corners(np.array(pose), np.divide(size, 2))
+    lon, lat = road.to_road(x, y)
+    edges, across = road.edges_at(lon), speed * np.sin(road.heading_to_road(lon, heading))
+    inward = across * (1 if lat < edges[0] else -1)
+    beside = VERGE + min(max(0.0, float(inward)) * _SOON, _FAR)
+    return bool(near((x, y), road, beside) or near(corners.T, road, 0.0).any())
 
 
 def tracks_of(scenario: Any, road: Road) -> pl.DataFrame:

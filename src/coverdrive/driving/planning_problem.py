@@ -14,7 +14,7 @@ from shapely.geometry.base import BaseGeometry
 from shapely.ops import unary_union
 
 from coverdrive.driving.goal import Goal, Interval
-from coverdrive.driving.obstacles import begins_in, near, pieces, shape_of, told, tracks_of
+from coverdrive.driving.obstacles import begins_in, comes_near, near, pieces, shape_of, told, tracks_of
 from coverdrive.driving.perception import Told
 from coverdrive.driving.route import drawn_near, farthest, route
 from coverdrive.driving.tidy import in_order, refuse_unknown, with_narrow_headings
@@ -73,7 +73,7 @@ class PlanningProblem:
         found = dict(self._standing)
         for obstacle in self.scenario.dynamic_obstacles:
             state = obstacle.state_at_time(moment)
-            if state is not None and near((each := told(state, obstacle.obstacle_shape))[0][:2], self.road):
+            if state is not None and comes_near(*(each := told(state, obstacle.obstacle_shape)), self.road):
                 found[int(obstacle.obstacle_id)] = each
         return found
 

@@ -352,10 +352,7 @@ class MpcPlanner:
     def _around(self, call: Call, paths: PredictedPaths) -> Surroundings:
         """What the search is made for."""
         applied, problem = self._memory.applied if self._memory else np.zeros(2), self.settings.problem
-        return surroundings_of(
-            call.state, applied, paths, self._table, problem, call.speed, call.manners, call.wish.braking,
-            call.wish.urgent,
-        )
+        return surroundings_of(call.state, applied, paths, self._table, problem, call.wish, call.manners)
 
     def _plan_of(self, call: Call, found: _Found, status: Status) -> Plan:
         """The chosen plan, on the road."""

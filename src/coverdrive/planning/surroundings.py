@@ -14,6 +14,7 @@ from coverdrive.planning.problem.obstacles import obstacles_of, reachable, shrin
 from coverdrive.planning.problem.road_table import RoadTable, on_road
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.rules.manners import NONE, MannersSettings, widen, wished
+from coverdrive.planning.rules.wish import NO_WISH, Wish
 from coverdrive.road_ahead import RoadAhead
 
 
@@ -39,10 +40,9 @@ class Surroundings(NamedTuple):
 
 def surroundings_of(
     state: Float[np.ndarray, " 4"], applied: Float[np.ndarray, " 2"], paths: PredictedPaths, table: RoadTable,
-    problem: ProblemSettings, speed: float | None = None, manners: MannersSettings = NONE, braking: float = 0.0,
-    urgent: bool = False,
+    problem: ProblemSettings, wish: Wish = NO_WISH, manners: MannersSettings = NONE,
 ) -> Surroundings:  # fmt: skip
-    """What a plan is made for, along the road from where the ego is, after these inputs; at a wished speed [m/s]."""
+    """What a plan is made for, along the road from where the ego is, after these inputs."""
     lon, shape = float(state[0]), problem.obstacles
     paths = on_road(paths, lon, table)
     every, likeliest = obstacles_of(paths, shape)
@@ -57,7 +57,7 @@ def surroundings_of(
         state=np.array([0.0, *state[1:]]),
         previous_input=np.array(applied),
         road=table.ahead(lon),
-        wanted=table.wanted_from(lon, float(state[2]), problem, speed, braking, urgent),
+        wanted=table.wanted_from(lon, float(state[2]), problem, wish.speed, wish.braking, wish.urgent),
         boxes=every.compress(near, axis=2),
         likely=likely,
         sideways=manners.fastest_sideways,

@@ -62,3 +62,21 @@ def test_nobody_comes_farther_than_a_lane() -> None:
     left = paths.points[0, :, 1] + paths.half_sizes[0, :, 1]
     body = abs(np.sin(scene.heading[0])) * LENGTH / 2 + np.cos(scene.heading[0]) * WIDTH / 2
     assert left.max() == pytest.approx(5.4 + 3.6 + body)
+
+
+def test_who_crosses_the_road_goes_on_across_it() -> None:
+    n = 2
+    scene = Scene(
+        np.array([0.0, 50.0]), np.array([-4.0, -4.0]), np.array([6.0, 6.0]), np.array([np.pi / 2, 2.0]),
+        np.full(n, LENGTH), np.full(n, WIDTH), np.ones(n, dtype=bool),
+    )  # fmt: skip
+    paths = lane_changes(boxes_of(scene, 0.5), scene)
+    assert paths.vehicle.tolist() == [0, 1]
+    for path, heading in enumerate(scene.heading):
+        lon = scene.lon[path] + 6.0 * np.cos(heading) * TIMES
+        lat = scene.lat[path] + 6.0 * np.sin(heading) * TIMES
+        extents = [[abs(np.cos(heading)), np.sin(heading)], [np.sin(heading), abs(np.cos(heading))]] @ np.array(
+            [LENGTH / 2, WIDTH / 2]
+        )
+        body = np.abs(np.stack([lon, lat], axis=-1) - paths.points[path]) + extents
+        assert np.all(body <= paths.half_sizes[path] + 1e-9)

@@ -31,8 +31,8 @@ _FREE = 1e3
 """[m/s] that no road forbids"""
 _HELD = 0.9
 """share of the lateral acceleration that following the road may take at the most"""
-_HURRIED = 0.85
-"""share of it at the wanted speed where that is urgent"""
+_URGENT = 0.85
+"""share of it that following the road takes at the wanted speed where that is urgent"""
 _UNSURE = 0.5
 """[m] by which a body may be elsewhere along the road than evenly between the ends of a step, less than dt²·|f'|/8"""
 _LEAST = 0.25
@@ -49,7 +49,7 @@ class RoadTable(NamedTuple):
     sharpest: Float[np.ndarray, " R"]
     """[1/m] largest curvature, without its sign, of all that is near"""
     wanted: Float[np.ndarray, "2 R"]
-    """[m/s] speed at which curves are driven, and if it is urgent"""
+    """[m/s] speed at which curves are driven, usually and where it is urgent"""
     ends: Float[np.ndarray, "E 2"]
     """[m] centres of what stands beside the road where lanes end"""
     vehicle: Any
@@ -69,9 +69,9 @@ class RoadTable(NamedTuple):
 
         Where no curve asks for less it is the wished one, or the reference speed of the problem. What is below 0 is as
         hard to brake for as it is far from the speed, though nobody drives backwards. With ``braking`` [m/s²] it is no
-        more than what is left of the speed by then.
+        more than what is left of the speed by then. If it is ``urgent`` curves are driven as fast as is safe.
         """
-        usual = problem.cost.reference_speed if wished is None else min(wished, problem.vehicle.max_speed)
+        usual = min(problem.cost.reference_speed if wished is None else wished, problem.vehicle.max_speed)
         most = np.full(problem.steps + 1, usual)
         if braking > 0:
             most = np.minimum(most, speed - braking * problem.dt * np.arange(len(most)))
@@ -116,7 +116,7 @@ def table_of(road: Road, problem: ProblemSettings) -> RoadTable:
     right, left = largest_within(edges, 2 + (half_length + half_width + _UNSURE) / spacing).T
     square = car.max_lateral_acceleration / np.maximum(np.abs(curvature) * (1 + near), TINY)
     held = _allowed(lon, _HELD * square, car.max_deceleration / 2)
-    wanted = np.stack([_allowed(lon, share * square, cost.curve_braking) for share in (cost.curve_share, _HURRIED)])
+    wanted = np.stack([_allowed(lon, share * square, cost.curve_braking) for share in (cost.curve_share, _URGENT)])
     farther, nearer = 1 + near, 1 - near
     braking = car.max_deceleration / farther - (held**2 * change * aside).max()
     vehicle = plain._replace(

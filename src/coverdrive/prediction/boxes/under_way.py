@@ -19,6 +19,8 @@ _SWING = 0.6
 """[m/s²] lateral acceleration of a lane change that has begun; own choice, about the largest of 3.6 m in 6 s"""
 _LANE = 3.6
 """[m] that a vehicle comes across the road at the most (US freeways: AASHTO)"""
+_STEEPEST = 0.5
+"""of its speed along the road that one who changes lanes has across it; who has more crosses the road"""
 _LIKELIHOOD = 0.5
 """of going on, where staying in the learned box has 1"""
 
@@ -59,8 +61,8 @@ def _write_changes(
             time = dt * k
             beyond = abs(lat[v] + across * time - kept[i, k, 1]) + half_width - room[i, k, 1]
             leaving[i] |= k > 0 and beyond > 0
-            near = abs(across) * time
-            near, far = min(near, _LANE), min(near + _SWING / 2 * (time * time), _LANE)
+            near, most = abs(across) * time, np.inf if abs(across) > _STEEPEST * abs(along) else _LANE
+            near, far = min(near, most), min(near + _SWING / 2 * (time * time), most)
             points[i, k, 0] = lon[v] + along * time
             points[i, k, 1] = lat[v] + np.sign(across) * (near + far) / 2
             half_sizes[i, k, 0], half_sizes[i, k, 1] = half_length, half_width + (far - near) / 2

@@ -105,6 +105,7 @@ def _checked(file: Path) -> tuple[str, dict[str, int]]:
     obstacles or turned against them, which some versions of commonroad-io read as if they were not.
     """
     names, inside, stated, lines, text = list[str](), list[str](), set[str](), dict[str, int](), list[str]()
+    roles = ["dynamic"]
     parser = expat.ParserCreate()
 
     def refuse(*_: Any) -> None:
@@ -120,7 +121,7 @@ def _checked(file: Path) -> tuple[str, dict[str, int]]:
             stated.clear()
         inside.append(name)
         text.clear()
-        if name == "shape" and inside[-2:-1] != ["occupancy"]:
+        if name == "role" or (name == "shape" and inside[-2:-1] != ["occupancy"]):
             parser.CharacterDataHandler = text.append
 
     def closed(name: str) -> None:
@@ -129,11 +130,14 @@ def _checked(file: Path) -> tuple[str, dict[str, int]]:
         if parser.CharacterDataHandler and shifts and _number("".join(text)):
             problem = f"the body of a {inside[inside.index('shape') - 1]} is beside its position, or turned against it"
             raise RecordingError(file, f"{problem}; expected its position in its middle", parser.CurrentLineNumber)
-        if name == "shape":
+        if name in ("shape", "role"):
             parser.CharacterDataHandler = None
-        moves = {"velocity"} if inside[-1:] != ["staticObstacle"] else set[str]()
+        if name == "role":
+            roles.append("".join(text).strip())
+        whose = [roles[-1] + "Obstacle"] if inside[-1:] == ["obstacle"] else inside[-1:]  # 2018b, and since then
+        moves = {"velocity"} if whose != ["staticObstacle"] else set[str]()
         if name == "initialState" and (missing := sorted(STATED.union(moves) - stated)):
-            problem = f"the initial state of a {inside[-1]} has no {missing[0]}; expected one, or leave it out"
+            problem = f"the initial state of a {whose[0]} has no {missing[0]}; expected one, or leave it out"
             raise RecordingError(file, problem, parser.CurrentLineNumber)
 
     parser.StartElementHandler, parser.EndElementHandler = opened, closed

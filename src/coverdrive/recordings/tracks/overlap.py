@@ -67,10 +67,10 @@ def shared_vehicles(
         .unique()
         .sort("recording", "recording_b", "offset", "vehicle", "vehicle_b")
     )
+    everybody = pl.concat(table.with_columns(recording=pl.lit(number)) for number, table in enumerate(ordered))
     shared = [pl.DataFrame(schema=SHARED)]
-    for (a, b, offset), found in matches.group_by("recording", "recording_b", "offset", maintain_order=True):
-        lone = LONE * every[int(a)]
-        shared.append(_shared(ordered[int(a)], ordered[int(b)], int(offset), found, lone).select(SHARED.names()))
+    for (a,), found in matches.group_by("recording", maintain_order=True):
+        shared.append(_shared(ordered[int(a)], everybody, found, LONE * every[int(a)]).select(SHARED.names()))
     return pl.concat(shared, how="vertical_relaxed")
 
 
@@ -96,19 +96,26 @@ def _runs(table: pl.DataFrame, number: int, every: int) -> pl.DataFrame:
     return runs.filter(telling)
 
 
-def _shared(a: pl.DataFrame, b: pl.DataFrame, offset: int, found: pl.DataFrame, lone: int) -> pl.DataFrame:
-    """The vehicles that are found in both, with the groups of their common rows; none if they prove no overlap."""
+def _shared(track: pl.DataFrame, everybody: pl.DataFrame, found: pl.DataFrame, lone: int) -> pl.DataFrame:
+    """The vehicles of a recording that are found in others, with the groups of their common rows, where they prove an
+    overlap.
+    """
     shared = (
-        found.select("recording", "recording_b", "vehicle", "vehicle_b")
-        .join(a, on="vehicle")
-        .with_columns(moment_b=pl.col("moment") + offset)
-        .join(b, left_on=("vehicle_b", "moment_b"), right_on=("vehicle", "moment"), suffix="_b")
+        found.join(track, on="vehicle")
+        .with_columns(moment_b=pl.col("moment") + pl.col("offset"))
+        .join(
+            everybody,
+            left_on=("recording_b", "vehicle_b", "moment_b"),
+            right_on=("recording", "vehicle", "moment"),
+            suffix="_b",
+        )
     )
-    agree = (pl.col("speed") - pl.col("speed_b")).abs().max().over("vehicle", "vehicle_b")
-    shared = shared.filter(agree <= LARGEST_DIFFERENCE)
-    pairs = shared.select("vehicle", "vehicle_b").n_unique()
-    telling = pairs >= 2 or (len(shared) >= lone and _fluctuates(shared))  # of one pair, all rows are its own
-    return (shared if telling else shared.clear()).unique(SHARED.names(), maintain_order=True)
+    overlap, pair = ("recording_b", "offset"), pl.struct("vehicle", "vehicle_b")
+    agree = (pl.col("speed") - pl.col("speed_b")).abs().max().over(*overlap, "vehicle", "vehicle_b")
+    shared = shared.filter(agree <= LARGEST_DIFFERENCE).with_columns(pairs=pair.n_unique().over(overlap))
+    alone = shared.filter(pl.col("pairs") == 1, pl.len().over(overlap) >= lone)  # all rows are those of one pair
+    telling = [rows for _, rows in alone.group_by(overlap, maintain_order=True) if _fluctuates(rows)]
+    return pl.concat([shared.filter(pl.col("pairs") > 1), *telling]).unique(SHARED.names(), maintain_order=True)
 
 
 def _fluctuates(shared: pl.DataFrame) -> bool:
