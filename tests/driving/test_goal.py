@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from coverdrive.driving.goal import Goal
+from coverdrive.driving.goal import Curves, Goal
 from coverdrive.road import Road
 
 ROAD = Road.straight(length=200.0)
+FREE = np.full(101, 1e3)
+"""[m/s] of a road without curves"""
 RESPONSE = {False: 2.3, True: 1.1}
 """[s] of a planner, to whom a speed is urgent or not"""
 
@@ -104,20 +106,44 @@ def test_only_who_is_to_stand_plans_to_brake_on(speed: tuple[float, float] | Non
     assert (goal.wish(state(20.0, 1.8, 9.0), ROAD, 0.0, 9.0).braking > 0.5) is stops
 
 
-def driven(goal: Goal, at: np.ndarray, usual: float) -> tuple[float, float]:
-    """Time [s] at which a car that does as it is told is in the goal, and how hard it brakes before [m/s²]."""
+def driven(
+    goal: Goal, at: np.ndarray, usual: float, road: Road = ROAD, curves: Curves = (2.0, FREE), known: bool = True
+) -> tuple[float, float]:
+    """Time [s] at which a car that does as it is told is in the goal, and how hard it brakes before [m/s²].
+
+    In curves it is no faster than it may, whether or not the goal has known them.
+    """
     assert goal.time is not None
     hardest, dt = 0.0, 0.1
-    (low, high), (nearest, farthest) = goal.speed or (0.0, np.inf), goal.position or (0.0, ROAD.length)
+    (low, high), (nearest, farthest) = goal.speed or (0.0, np.inf), goal.position or (0.0, road.length)
     for moment in range(round(goal.time[1] / dt) + 1):
         if low <= at[2] <= high and nearest <= at[0] <= farthest and moment * dt >= goal.time[0]:
             return moment * dt, hardest
-        wish = goal.wish(at, ROAD, moment * dt, usual)
+        wish = goal.wish(at, road, moment * dt, usual, curves if known else None)
         assert wish.speed is not None
-        change = float(np.clip((wish.speed - at[2]) / RESPONSE[wish.urgent], -8.0, 3.0))
+        speed = min(wish.speed, float(np.interp(at[0], curves[0] * np.arange(len(curves[1])), curves[1])))
+        change = float(np.clip((speed - at[2]) / RESPONSE[wish.urgent], -8.0, 3.0))
         at[0] += dt * at[2]
         at[2], hardest = max(0.0, at[2] + dt * change), min(hardest, change * (at[2] > 0.5))
     raise AssertionError(f"never in {goal}, but at {at}")
+
+
+@pytest.mark.parametrize("time", [(18.5, 19.5), (20.0, 21.0)])
+def test_who_knows_a_curve_ahead_hurries_before_it(time: tuple[float, float]) -> None:
+    """Of 250 m, the last 100 are driven at 10 m/s; before them the speed falls by 1.5 m/s²."""
+    places = 2.0 * np.arange(200)
+    before = np.sqrt(100 + 3 * np.maximum(150 - places, 0))
+    curves = 2.0, np.where(places < 150, before, np.where(places < 260, 10.0, 1e3))
+    goal, road = Goal(position=(250.0, 256.0), time=time), Road.straight(length=400.0)
+    arrival, hardest = driven(goal, state(0.0, 1.8, 14.0), 14.0, road, curves)
+    assert time[0] <= arrival <= time[1] and hardest > -2.0
+    with pytest.raises(AssertionError, match="never in"):
+        driven(goal, state(0.0, 1.8, 14.0), 14.0, road, curves, known=False)
+
+
+def test_curves_that_slow_nobody_down_change_nothing() -> None:
+    goal, at = Goal(position=(150.0, 156.0), time=(8.0, 9.0)), state(0.0, 1.8, 14.0)
+    assert goal.wish(at, ROAD, 0.0, 14.0) == goal.wish(at, ROAD, 0.0, 14.0, (2.0, FREE))
 
 
 @pytest.mark.parametrize("time", [(4.0, 6.0), (11.0, 13.0), (40.0, 41.0)])

@@ -142,7 +142,8 @@ class Driver:
             if self._settings is None:
                 raise SettingError("only our planner takes a goal; leave it out, and tell yours when you make it")
             usual = self._settings.problem.cost.reference_speed
-            wish = goal.wish(state, road, self._steps * self.period, usual)
+            curves = self.planner.curves(road) if isinstance(self.planner, MpcPlanner) else None
+            wish = goal.wish(state, road, self._steps * self.period, usual, curves)
             wishes["wish"] = wish if self._clear else replace(wish, lanes=(), lat=None)
         self._steps += 1
         with during(f"in step {self._steps}, {(self._steps - 1) * self.period:g} s after the start"):

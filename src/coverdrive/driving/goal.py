@@ -11,6 +11,8 @@ from coverdrive.road import Road
 
 Interval = tuple[float, float]
 """the least and the largest value"""
+Curves = tuple[float, Float[np.ndarray, " R"]]
+"""[m] from one place along the road to the next, and the speed [m/s] at which curves are driven at each, from 0 on"""
 
 _SPARE, _SOONEST = 1.0, 0.1
 """[m], [s] by which one aims at the inside of a position, and that an arrival is ahead at the least"""
@@ -40,6 +42,8 @@ _OVER, _AT = 0.8, 0.4
 """[m] to the edge of a lane from the centre of who is over it, and to a place across the road from who is there"""
 _TINY = 1e-3
 """[m] of a way that is divided by"""
+_FASTEST, _HALVED = 60.0, 12
+"""[m/s] that nobody drives between curves, and how often the speeds up to that are halved to find one"""
 _ACROSS, _LAG = 3.0, 0.95
 """[s] before the arrival when one begins to move across the road with a heading, and by which a planner to whom it is
 urgent is behind a place that moves"""
@@ -83,7 +87,9 @@ class Goal:
         inside = min((high - low) / 4, _UNTURNED)
         return float(np.clip(0.0, low + inside, high - inside))
 
-    def wish(self, state: Float[np.ndarray, " 4"], road: Road, time: float, usual: float) -> Wish:
+    def wish(
+        self, state: Float[np.ndarray, " 4"], road: Road, time: float, usual: float, curves: Curves | None = None
+    ) -> Wish:
         """What a planner is to aim at now.
 
         Args:
@@ -91,6 +97,7 @@ class Goal:
             road: that it drives on.
             time: [s] since the reset.
             usual: [m/s] wanted speed where nothing else is asked for.
+            curves: at which speeds the road's are driven; None: they slow nobody down.
 
         Raises:
             SettingError: there is no such lane on this road.
@@ -107,11 +114,12 @@ class Goal:
         if self.position is None:
             if self.speed is None and state[0] + (state[2] + speed) / 2 * (self.time[0] - time) <= last:
                 return wish
-            return self._hurrying(wish, state, *self._on_the_way(state, time, speed, (-np.inf, last)))
+            return self._hurrying(wish, state, *self._on_the_way(state, time, speed, (-np.inf, last), curves))
         nearest, farthest = self.position
         if state[0] > farthest or (time >= self.time[1] and state[0] >= nearest):
             return wish
-        needed, left = self._on_the_way(state, time, speed, (nearest, max(nearest, min(farthest, last))))
+        position = nearest, max(nearest, min(farthest, last))
+        needed, left = self._on_the_way(state, time, speed, position, curves)
         away = not self._inside(state, road)
         wish = self._hurrying(wish, state, needed, left, away)
         return self._turned(wish, state, road, left)
@@ -143,14 +151,14 @@ class Goal:
         return replace(wish, lanes=(before if coming else lane,), lat=None if coming else place)
 
     def _on_the_way(
-        self, state: Float[np.ndarray, " 4"], time: float, usual: float, position: Interval
+        self, state: Float[np.ndarray, " 4"], time: float, usual: float, position: Interval, curves: Curves | None
     ) -> tuple[float, float]:
         """Acceleration [m/s²] now to be at a position in time and at an allowed speed, on the gentlest way; and the
         time [s] until then.
 
         Of the arrivals within the time, each of which has an acceleration that is linear in time and costs its integral
         of squares, the cheapest, and rather one in the middle than at the ends. Who would drive backwards so stands in
-        between instead.
+        between instead. What curves on the way take longer is made up for between them.
         """
         assert self.time is not None
         nearest, farthest = position
@@ -167,6 +175,8 @@ class Goal:
         freely = arrival * (speed + np.clip(usual, slowest, fastest)) / 2
         way = np.clip(freely, nearest + spare - state[0], farthest - spare - state[0])
         mean = np.maximum(way / arrival, 0.0)
+        if curves is not None:
+            mean = _between_curves(mean, way, float(state[0]), curves)
         last = np.clip(speed + 2 * (mean - speed) - (mean - speed) / 2 * (way != freely), slowest, fastest)
         first = (6 * mean - 4 * speed - 2 * last) / arrival
         change = 2 * (last - speed) / arrival - 2 * first
@@ -192,6 +202,36 @@ class Goal:
     def _stands(self) -> bool:
         """Whether one is to stand in the end."""
         return self.speed is not None and self.speed[1] < _STANDING
+
+
+def _between_curves(
+    mean: Float[np.ndarray, " n"], way: Float[np.ndarray, " n"], lon: float, curves: Curves
+) -> Float[np.ndarray, " n"]:
+    """Speeds [m/s] that lead as far as mean ones [m/s] do, but where curves [m/s] are driven more slowly.
+
+    Args:
+        mean: over a way, at the least 0.
+        way: [m] of each.
+        lon: [m] where one is.
+        curves: at which speeds they are driven.
+    """
+    spacing, speeds = curves
+    first = min(int(max(lon, 0.0) / spacing), len(speeds) - 1)
+    ahead = speeds[first : max(first + 1, int(np.ceil((lon + float(way.max())) / spacing)))]
+    if float(ahead.min()) >= float(mean.max()):
+        return mean
+    behind = np.arange(1, len(ahead) + 1) * spacing <= np.maximum(way, spacing)[:, None]  # rows of the way
+
+    def seconds(speed: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+        return (spacing / np.minimum(ahead, np.maximum(speed, _TINY)[:, None]) * behind).sum(axis=1)
+
+    slow, fast = mean.copy(), np.full(len(mean), _FASTEST)
+    asked = behind.sum(axis=1) * spacing / np.maximum(mean, _TINY)
+    for _ in range(_HALVED):
+        middle = (slow + fast) / 2
+        late = seconds(middle) > asked
+        slow, fast = np.where(late, middle, slow), np.where(late, fast, middle)
+    return slow
 
 
 def _with_rest(

@@ -209,10 +209,7 @@ class MpcPlanner:
         """
         begun, problem = time.perf_counter(), self.settings.problem
         paths.check_times(problem.dt, problem.steps)
-        if road is not self._road:
-            self._table, self._road = table_of(road, problem), road
-            vehicle = self._table.vehicle
-            self._calm, self._hurried = (each._replace(vehicle=vehicle) for each in (self._calm, self._hurried))
+        self._look_at(road)
         measured = np.ascontiguousarray(state, dtype=float)
         believed, memory = plausible(measured, problem.vehicle, road), self._memory
         known, unknown = bool(believed.all()), 0.0
@@ -231,6 +228,21 @@ class MpcPlanner:
         plan = self._plan_of(call, found, status if known and complete else Status.INVALID_INPUT)
         self._remember(call, found, targets, plan, unknown)
         return plan
+
+    def curves(self, road: Road) -> tuple[float, Float[np.ndarray, " R"]] | None:
+        """How fast it drives the curves of a road where that is urgent, [m/s] at places so many metres apart.
+
+        None if it has none. Errors as of `plan`.
+        """
+        self._look_at(road)
+        return None if road.line is None else (self._table.road.spacing, self._table.wanted[1])
+
+    def _look_at(self, road: Road) -> None:
+        """Make the table of a road, if it is another one than before."""
+        if road is not self._road:
+            self._table, self._road = table_of(road, self.settings.problem), road
+            vehicle = self._table.vehicle
+            self._calm, self._hurried = (each._replace(vehicle=vehicle) for each in (self._calm, self._hurried))
 
     def _continued(
         self, state: Float[np.ndarray, " 4"], expected: Float[np.ndarray, " 4"], paths: PredictedPaths

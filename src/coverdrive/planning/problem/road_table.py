@@ -62,7 +62,12 @@ class RoadTable(NamedTuple):
         return self.road._replace(first=-lon)
 
     def wanted_from(
-        self, lon: float, speed: float, problem: ProblemSettings, wished: float | None, braking: float = 0.0,
+        self,
+        lon: float,
+        speed: float,
+        problem: ProblemSettings,
+        wished: float | None,
+        braking: float = 0.0,
         urgent: bool = False,
     ) -> Float[np.ndarray, " P"]:
         """[m/s] the wanted speed at every moment, getting along from a position [m] and speed [m/s] as fast as that.
