@@ -37,6 +37,9 @@ SMOOTH = 3
 COMMON = 50
 """Runs that occur more often are not telling"""
 
+AT_ONCE = 1_000_000
+"""Rows of vehicles that are compared at once"""
+
 SHARED = pl.Schema({f"{name}{side}": pl.Int64 for side in ("", "_b") for name in ("recording", "vehicle", "group")})
 """A vehicle in a group of one recording, and the same vehicle in one of another"""
 
@@ -68,8 +71,11 @@ def shared_vehicles(
         .sort("recording", "recording_b", "offset", "vehicle", "vehicle_b")
     )
     everybody = pl.concat(table.with_columns(recording=pl.lit(number)) for number, table in enumerate(ordered))
+    part = pl.col("rows").cum_sum().first().over("recording", "recording_b", "offset") // AT_ONCE
+    rows = everybody.group_by("recording", "vehicle").agg(rows=pl.len())
+    matches = matches.join(rows, on=("recording", "vehicle"), maintain_order="left").with_columns(part=part)
     shared = [pl.DataFrame(schema=SHARED)]
-    for (a,), found in matches.group_by("recording", maintain_order=True):
+    for (a, _), found in matches.drop("rows").group_by("recording", "part", maintain_order=True):
         shared.append(_shared(ordered[int(a)], everybody, found, LONE * every[int(a)]).select(SHARED.names()))
     return pl.concat(shared, how="vertical_relaxed")
 
