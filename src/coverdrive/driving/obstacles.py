@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 import shapely
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from shapely import get_coordinates
 from shapely.geometry import Point
 from shapely.geometry.base import BaseGeometry
@@ -111,7 +111,7 @@ def pieces(state: Any, shape: Any) -> list[Told]:
     return found
 
 
-def near(points: Any, road: Road, beside: float = VERGE) -> Any:
+def near(points: Any, road: Road, beside: Any = VERGE) -> Any:
     """Which of some points (x, y) [m] of the map are on a road, or at most so far [m] from it."""
     lon, lat = road.to_road(*points)
     edges = road.edges_at(lon)
@@ -119,14 +119,15 @@ def near(points: Any, road: Road, beside: float = VERGE) -> Any:
     return within & (-beside <= lon) & (lon <= road.length + beside)
 
 
-def comes_near(pose: Any, size: Any, road: Road) -> bool:
-    """Whether a vehicle is on a road, in part or beside it, or comes there before long if it goes on as it does."""
-    (x, y, speed, heading), corners = pose, body_corners(np.array(pose), np.divide(size, 2))
+def come_near(poses: Float[np.ndarray, "n 4"], sizes: Float[np.ndarray, "n 2"], road: Road) -> Bool[np.ndarray, " n"]:
+    """Which vehicles are on a road, in part or beside it, or come there before long if they go on as they do."""
+    x, y, speed, heading = poses.T
     lon, lat = road.to_road(x, y)
     edges, across = road.edges_at(lon), speed * np.sin(road.heading_to_road(lon, heading))
-    inward = across * (1 if lat < edges[0] else -1)
-    beside = VERGE + min(max(0.0, float(inward)) * _SOON, _FAR)
-    return bool(near((x, y), road, beside) or near(corners.T, road, 0.0).any())
+    inward = np.where(lat < edges[:, 0], across, -across)
+    beside = VERGE + np.clip(inward * _SOON, 0.0, _FAR)
+    corners = body_corners(poses, sizes / 2)
+    return near((x, y), road, beside) | near(corners.T, road, 0.0).any(axis=0)
 
 
 def tracks_of(scenario: Any, road: Road) -> pl.DataFrame:

@@ -14,7 +14,7 @@ from shapely.geometry.base import BaseGeometry
 from shapely.ops import unary_union
 
 from coverdrive.driving.goal import Goal, Interval
-from coverdrive.driving.obstacles import begins_in, comes_near, near, pieces, shape_of, told, tracks_of
+from coverdrive.driving.obstacles import begins_in, come_near, near, pieces, shape_of, told, tracks_of
 from coverdrive.driving.perception import Told
 from coverdrive.driving.route import drawn_near, farthest, route
 from coverdrive.driving.tidy import in_order, refuse_unknown, with_narrow_headings
@@ -70,12 +70,15 @@ class PlanningProblem:
 
     def others(self, moment: int) -> dict[Hashable, Told]:
         """The vehicles on the road at a time step, and the obstacles: state and size by their numbers."""
-        found = dict(self._standing)
+        seen = dict[Hashable, Told]()
         for obstacle in self.scenario.dynamic_obstacles:
-            state = obstacle.state_at_time(moment)
-            if state is not None and comes_near(*(each := told(state, obstacle.obstacle_shape)), self.road):
-                found[int(obstacle.obstacle_id)] = each
-        return found
+            if (state := obstacle.state_at_time(moment)) is not None:
+                seen[int(obstacle.obstacle_id)] = told(state, obstacle.obstacle_shape)
+        if not seen:
+            return dict(self._standing)
+        poses, sizes = (np.array(each, dtype=float) for each in zip(*seen.values(), strict=True))
+        there = come_near(poses, sizes, self.road)
+        return self._standing | {name: seen[name] for name, comes in zip(seen, there, strict=True) if comes}
 
     @cached_property
     def _standing(self) -> dict[Hashable, Told]:
