@@ -266,6 +266,10 @@ def test_what_stands_needs_no_speed_in_an_older_format(tmp_path: Path) -> None:
     path.write_text(bare)
     (moving,) = solve(path, PREDICTOR)
     assert "the initial state of a dynamicObstacle has no velocity" in moving.row["reason"]
+    late = re.sub("(<role>dynamic</role>)(.*?</initialState>)", r"\2\1", bare, count=1, flags=re.DOTALL)
+    for twisted, whose in ((late, "a dynamicObstacle"), (bare.replace("<role>dynamic</role>", "", 1), "an obstacle")):
+        path.write_text(twisted)
+        assert f"the initial state of {whose} has no velocity" in next(solve(path, PREDICTOR)).row["reason"]
     path.write_text(
         re.sub("<role>dynamic(.*?)<trajectory>.*?</trajectory>", r"<role>static\1", bare, count=1, flags=re.DOTALL)
     )

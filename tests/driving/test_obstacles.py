@@ -9,8 +9,10 @@ import pytest
 from problem_fakes import TRAFFIC, goal, written
 from recordings_fakes import RADIUS, driving
 
+from coverdrive.driving.obstacles import come_near
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems
 from coverdrive.errors import RecordingError
+from coverdrive.road import Road
 
 ONE = driving(100, 90.0, -1.75, 14.0, 60)
 """whose road is 180 m long and 11 m wide"""
@@ -97,3 +99,19 @@ def test_one_of_many_may_jump_and_others_may_come_towards(tmp_path: Path) -> Non
 def test_a_motorcycle_alone_is_traffic(tmp_path: Path) -> None:
     (found,) = read_problems(written(tmp_path, goal(), traffic=ONE.replace("<length>4.6", "<length>2.1")))
     assert isinstance(found, PlanningProblem) and len(found.others(0)) == 1
+
+
+def test_who_comes_near_a_narrow_road() -> None:
+    road = Road.straight(length=200.0, lanes=1)
+    near = {
+        (100.0, -1.9, 0.0, np.pi / 2): True,  # lies across it, with both ends beyond
+        (100.0, -6.0, 0.0, np.pi / 2): True,
+        (100.0, -11.0, 0.0, np.pi / 2): False,
+        (100.0, -14.0, 4.0, np.pi / 2): False,
+        (100.0, -5.0, 4.0, 0.0): False,
+        (100.0, -1.7, 4.0, 0.0): True,
+        (206.0, 1.8, -5.0, 0.0): True,
+        (203.0, -8.5, 5.0, np.pi / 2): False,  # passes by beyond its end
+    }
+    found = come_near(np.array(list(near)), np.tile([18.0, 2.5], (len(near), 1)), road)
+    assert found.tolist() == list(near.values())

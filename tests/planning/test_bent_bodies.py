@@ -166,4 +166,6 @@ def test_wanted_speeds_fall_before_a_curve_and_hold_in_it() -> None:
     assert (np.diff(wanted) < 0).all() and len(wanted) == 13
     hurried = table.wanted_from(400.0, 30.0, PROBLEM, 40.0, urgent=True)
     assert (hurried > wanted).all() and (np.diff(hurried) < 0).all()
+    bold = PROBLEM.model_copy(update={"cost": PROBLEM.cost.model_copy(update={"curve_share": 0.9})})
+    assert np.array_equal(*table_of(road, bold).wanted)
     assert table.vehicle.braking < CAR.max_deceleration == CONSTANTS.vehicle.braking

@@ -225,7 +225,7 @@ def _between_curves(
     def seconds(speed: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
         return (spacing / np.minimum(ahead, np.maximum(speed, _TINY)[:, None]) * behind).sum(axis=1)
 
-    slow, fast = mean.copy(), np.full(len(mean), _FASTEST)
+    slow, fast = mean.copy(), np.maximum(mean, _FASTEST)
     asked = behind.sum(axis=1) * spacing / np.maximum(mean, _TINY)
     for _ in range(_HALVED):
         middle = (slow + fast) / 2

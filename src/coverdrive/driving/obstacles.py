@@ -111,23 +111,26 @@ def pieces(state: Any, shape: Any) -> list[Told]:
     return found
 
 
-def near(points: Any, road: Road, beside: Any = VERGE) -> Any:
-    """Which of some points (x, y) [m] of the map are on a road, or at most so far [m] from it."""
+def near(points: Any, road: Road) -> Any:
+    """Which of some points (x, y) [m] of the map are on a road, or at most `VERGE` from it."""
     lon, lat = road.to_road(*points)
     edges = road.edges_at(lon)
-    within = (edges[..., 0] - beside <= lat) & (lat <= edges[..., -1] + beside)
-    return within & (-beside <= lon) & (lon <= road.length + beside)
+    within = (edges[..., 0] - VERGE <= lat) & (lat <= edges[..., -1] + VERGE)
+    return within & (lon >= -VERGE) & (lon <= road.length + VERGE)
 
 
 def come_near(poses: Float[np.ndarray, "n 4"], sizes: Float[np.ndarray, "n 2"], road: Road) -> Bool[np.ndarray, " n"]:
-    """Which vehicles are on a road, in part or beside it, or come there before long if they go on as they do."""
+    """Which bodies are on a road, in part or beside it, or come there before long if they go on as they do."""
     x, y, speed, heading = poses.T
     lon, lat = road.to_road(x, y)
     edges, across = road.edges_at(lon), speed * np.sin(road.heading_to_road(lon, heading))
-    inward = np.where(lat < edges[:, 0], across, -across)
-    beside = VERGE + np.clip(inward * _SOON, 0.0, _FAR)
-    corners = body_corners(poses, sizes / 2)
-    return near((x, y), road, beside) | near(corners.T, road, 0.0).any(axis=0)
+    right, left = edges[:, 0], edges[:, -1]
+    soon = np.clip(np.where(lat < right, across, -across) * _SOON, 0.0, _FAR)
+    beside = (right - VERGE - soon <= lat) & (lat <= left + VERGE + soon)
+    along, corners = road.to_road(*body_corners(poses, sizes / 2).T)  # each by corner, and by body
+    reaches = (corners.min(axis=0) <= left) & (right <= corners.max(axis=0))
+    reaches &= (along.min(axis=0) <= road.length) & (along.max(axis=0) >= 0)
+    return reaches | (beside & (lon >= -VERGE) & (lon <= road.length + VERGE))
 
 
 def tracks_of(scenario: Any, road: Road) -> pl.DataFrame:

@@ -8,18 +8,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 from shapely import contains_xy, get_coordinates, intersects_xy, prepare
 from shapely.geometry import Point, Polygon
 from shapely.geometry.base import BaseGeometry
 from shapely.ops import unary_union
 
 from coverdrive.driving.goal import Goal, Interval
-from coverdrive.driving.obstacles import begins_in, come_near, near, pieces, shape_of, told, tracks_of
+from coverdrive.driving.obstacles import begins_in, come_near, pieces, shape_of, told, tracks_of
 from coverdrive.driving.perception import Told
 from coverdrive.driving.route import drawn_near, farthest, route
 from coverdrive.driving.tidy import in_order, refuse_unknown, with_narrow_headings
 from coverdrive.errors import DataError, RecordingError
-from coverdrive.geometry import body_corners
 from coverdrive.recordings.checks import check_vehicles
 from coverdrive.recordings.files.boundary import naming
 from coverdrive.recordings.files.scenario import check_problem, open_scenario
@@ -76,8 +76,7 @@ class PlanningProblem:
                 seen[int(obstacle.obstacle_id)] = told(state, obstacle.obstacle_shape)
         if not seen:
             return dict(self._standing)
-        poses, sizes = (np.array(each, dtype=float) for each in zip(*seen.values(), strict=True))
-        there = come_near(poses, sizes, self.road)
+        there = come_near(*_arrays(seen.values()), self.road)
         return self._standing | {name: seen[name] for name, comes in zip(seen, there, strict=True) if comes}
 
     @cached_property
@@ -86,11 +85,10 @@ class PlanningProblem:
         found = dict[Hashable, Told]()
         for obstacle in self.scenario.static_obstacles:
             parts = pieces(obstacle.initial_state, obstacle.obstacle_shape)
-            for k, each in enumerate(parts, start=1):
-                state, size = each
-                corners = body_corners(np.array(state), np.divide(size, 2))
-                if near(state[:2], self.road) or near(corners.T, self.road, 0.0).any():
-                    found[f"{obstacle.obstacle_id}, piece {k}" if len(parts) > 1 else int(obstacle.obstacle_id)] = each
+            for k, there in enumerate(come_near(*_arrays(parts), self.road)):
+                if there:
+                    number = int(obstacle.obstacle_id)
+                    found[f"{number}, piece {k + 1}" if len(parts) > 1 else number] = parts[k]
         return found
 
     def lane_of(self, lon: float, lat: float) -> int:
@@ -323,6 +321,12 @@ def _surface_of(road: Road) -> BaseGeometry:
     lon = np.linspace(0.0, float(road.length), max(2, round(float(road.length) / 2)))
     right, left = (np.stack(road.to_map(lon, road.edges_at(lon)[:, side]), axis=-1) for side in (0, -1))
     return Polygon(np.concatenate([right, left[::-1]])).buffer(0)
+
+
+def _arrays(told: Iterable[Told]) -> tuple[Float[np.ndarray, "n 4"], Float[np.ndarray, "n 2"]]:
+    """States and sizes."""
+    states, sizes = (np.array(each, dtype=float) for each in zip(*told, strict=True))
+    return states, sizes
 
 
 def _way(start: float, along: Interval) -> tuple[bool, float]:

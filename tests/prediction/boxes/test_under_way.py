@@ -80,3 +80,14 @@ def test_who_crosses_the_road_goes_on_across_it() -> None:
         )
         body = np.abs(np.stack([lon, lat], axis=-1) - paths.points[path]) + extents
         assert np.all(body <= paths.half_sizes[path] + 1e-9)
+
+
+@pytest.mark.parametrize(("speed", "heading"), [(0.01, np.pi / 2), (0.3, 0.6), (0.1, -0.6)])
+def test_who_creeps_askew_comes_no_farther_than_a_lane(speed: float, heading: float) -> None:
+    one = np.ones(1)
+    scene = Scene(0 * one, 5.4 * one, speed * one, heading * one, LENGTH * one, WIDTH * one, one > 0)
+    points = np.tile([0.0, 5.4], (1, 25, 1))
+    paths = lane_changes(PredictedPaths(points, np.zeros(1, int), np.ones_like(points), 0.25), scene)
+    body = abs(np.sin(heading)) * LENGTH / 2 + np.cos(heading) * WIDTH / 2
+    reach = np.abs(paths.points[..., 1] - 5.4) + paths.half_sizes[..., 1] - body
+    assert len(paths) == 1 and reach.min() >= 0 and reach.max() == pytest.approx(3.6)

@@ -9,6 +9,7 @@ import pytest
 from coverdrive.prediction.data.segments import cut_segments
 from coverdrive.prediction.data.split import split
 from coverdrive.recordings.read import read
+from coverdrive.recordings.tracks import overlap
 from coverdrive.recordings.tracks.overlap import shared_vehicles
 from coverdrive.recordings.tracks.repair import RawTracks
 
@@ -92,6 +93,23 @@ def test_frames_of_25_hz_prove_no_more_than_those_of_10_hz():
         groups = [0 * short.vehicle, 0 * short.vehicle + 1]
         assert len(shared_vehicles([short, short], groups, [0, 1], [0.04, 0.04])) == found
         assert len(shared_vehicles([short, short], groups, [0, 1], [0.1, 0.04])) == 0
+
+
+def test_what_is_found_does_not_depend_on_how_much_is_compared_at_once(monkeypatch: pytest.MonkeyPatch):
+    original = 15 + 3 * (speeds(0) - 15)
+    cuts = [raw_of(original[:, start : start + 60], first_vehicle=10 * start) for start in (0, 10, 20, 30)]
+    tracks = [*cuts, raw_of(speeds(1))]
+    groups, calls = [np.full(len(track.vehicle), number) for number, track in enumerate(tracks)], list[int]()
+    compare = overlap._shared
+    monkeypatch.setattr(overlap, "_shared", lambda *given: calls.append(len(given[2])) or compare(*given))
+    found, most = [], []
+    for at_once in (overlap.AT_ONCE, 1000, 1):
+        monkeypatch.setattr(overlap, "AT_ONCE", at_once)
+        calls.clear()
+        found.append(shared_vehicles(tracks, groups, range(len(tracks)), [0.1] * len(tracks)))
+        most.append(max(calls))
+    assert len(found[0]) >= 6 * 8 and all(each.equals(found[0]) for each in found[1:])
+    assert most[0] >= 24 > most[1] >= most[2] == 8  # those of three other cuts, and of one
 
 
 def test_recordings_of_one_file_are_not_compared():

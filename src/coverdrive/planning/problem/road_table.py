@@ -121,7 +121,8 @@ def table_of(road: Road, problem: ProblemSettings) -> RoadTable:
     right, left = largest_within(edges, 2 + (half_length + half_width + _UNSURE) / spacing).T
     square = car.max_lateral_acceleration / np.maximum(np.abs(curvature) * (1 + near), TINY)
     held = _allowed(lon, _HELD * square, car.max_deceleration / 2)
-    wanted = np.stack([_allowed(lon, share * square, cost.curve_braking) for share in (cost.curve_share, _URGENT)])
+    shares = cost.curve_share, max(cost.curve_share, _URGENT)
+    wanted = np.stack([_allowed(lon, share * square, cost.curve_braking) for share in shares])
     farther, nearer = 1 + near, 1 - near
     braking = car.max_deceleration / farther - (held**2 * change * aside).max()
     vehicle = plain._replace(

@@ -3,8 +3,8 @@
 Sets that hold nine windows of ten may leave out the tenth, in which a vehicle changes lanes for everybody to see. Which
 windows are missed a claim about shares does not say, but it matters to whoever drives beside them. A vehicle whose
 lateral speed takes it out of its box is therefore expected, besides, in a second one: between where it comes at that
-speed and where it comes if it swings further, by the width of a lane at the most. Sets only grow by it, so that every
-certificate holds; it does not depend on their scale, so that they stay nested.
+speed and where it comes if it swings further, by the width of a lane at the most unless it crosses the road. Sets only
+grow by it, so that every certificate holds; it does not depend on their scale, so that they stay nested.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ from coverdrive.scene import Scene
 _SWING = 0.6
 """[m/s²] lateral acceleration of a lane change that has begun; own choice, about the largest of 3.6 m in 6 s"""
 _LANE = 3.6
-"""[m] that a vehicle comes across the road at the most (US freeways: AASHTO)"""
+"""[m] that a vehicle which changes lanes comes across the road at the most (US freeways: AASHTO)"""
 _STEEPEST = 0.5
 """of its speed along the road that one who changes lanes has across it; who has more crosses the road"""
 _LIKELIHOOD = 0.5
@@ -61,8 +61,10 @@ def _write_changes(
             time = dt * k
             beyond = abs(lat[v] + across * time - kept[i, k, 1]) + half_width - room[i, k, 1]
             leaving[i] |= k > 0 and beyond > 0
-            near, most = abs(across) * time, np.inf if abs(across) > _STEEPEST * abs(along) else _LANE
-            near, far = min(near, most), min(near + _SWING / 2 * (time * time), most)
+            near = abs(across) * time
+            far = near + _SWING / 2 * (time * time)
+            near = near if abs(across) > _STEEPEST * abs(along) else min(near, _LANE)
+            far = min(far, max(near, _LANE))
             points[i, k, 0] = lon[v] + along * time
             points[i, k, 1] = lat[v] + np.sign(across) * (near + far) / 2
             half_sizes[i, k, 0], half_sizes[i, k, 1] = half_length, half_width + (far - near) / 2

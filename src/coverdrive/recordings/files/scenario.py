@@ -37,8 +37,8 @@ _PARTS = (
 _TURNS = ("orientation", "originXShift")
 """of rectangles, besides their centre"""
 
-STATED = {"time", "position", "orientation"}
-"""of every initial state, and of those that move the velocity, too; commonroad-io takes 0 for what is missing"""
+STATED = "orientation", "position", "time", "velocity"
+"""of every initial state, but for the velocity of what stands; commonroad-io takes 0 for what is missing"""
 
 
 def open_scenario(file: Path) -> tuple[Any, Any]:
@@ -105,13 +105,14 @@ def _checked(file: Path) -> tuple[str, dict[str, int]]:
     obstacles or turned against them, which some versions of commonroad-io read as if they were not.
     """
     names, inside, stated, lines, text = list[str](), list[str](), set[str](), dict[str, int](), list[str]()
-    roles = ["dynamic"]
+    role, unsaid = "", dict[str, tuple[list[str], int]]()
     parser = expat.ParserCreate()
 
     def refuse(*_: Any) -> None:
         raise RecordingError(file, "it declares a document type; expected none, remove it", parser.CurrentLineNumber)
 
     def opened(name: str, attributes: dict[str, str]) -> None:
+        nonlocal role
         names.append(name)
         if "id" in attributes:
             lines[attributes["id"]] = parser.CurrentLineNumber
@@ -121,24 +122,31 @@ def _checked(file: Path) -> tuple[str, dict[str, int]]:
             stated.clear()
         inside.append(name)
         text.clear()
-        if name == "role" or (name == "shape" and inside[-2:-1] != ["occupancy"]):
+        if name == "obstacle":
+            role = ""
+        if inside[-2:] == ["obstacle", "role"] or (name == "shape" and inside[-2:-1] != ["occupancy"]):
             parser.CharacterDataHandler = text.append
 
     def closed(name: str) -> None:
+        nonlocal role
         inside.pop()
-        shifts = name in _TURNS or inside[-1:] == ["center"]
+        shifts = "shape" in inside and (name in _TURNS or inside[-1:] == ["center"])
         if parser.CharacterDataHandler and shifts and _number("".join(text)):
             problem = f"the body of a {inside[inside.index('shape') - 1]} is beside its position, or turned against it"
             raise RecordingError(file, f"{problem}; expected its position in its middle", parser.CurrentLineNumber)
-        if name in ("shape", "role"):
+        if inside[-1:] == ["obstacle"] and name == "role":  # of 2018b, wherever it stands
+            role = "".join(text).strip()
+        if name == "shape" or (inside[-1:] == ["obstacle"] and name == "role"):
             parser.CharacterDataHandler = None
-        if name == "role":
-            roles.append("".join(text).strip())
-        whose = [roles[-1] + "Obstacle"] if inside[-1:] == ["obstacle"] else inside[-1:]  # 2018b, and since then
-        moves = {"velocity"} if whose != ["staticObstacle"] else set[str]()
-        if name == "initialState" and (missing := sorted(STATED.union(moves) - stated)):
-            problem = f"the initial state of a {whose[0]} has no {missing[0]}; expected one, or leave it out"
-            raise RecordingError(file, problem, parser.CurrentLineNumber)
+        if name == "initialState" and inside:
+            unsaid[inside[-1]] = [each for each in STATED if each not in stated], parser.CurrentLineNumber
+        if name in unsaid:
+            missing, line = unsaid.pop(name)
+            whose = f"{role}Obstacle" if name == "obstacle" and role else name
+            for each in missing:
+                if (each, whose) != ("velocity", "staticObstacle"):
+                    problem = f"the initial state of {'an' if whose == 'obstacle' else 'a'} {whose} has no {each}"
+                    raise RecordingError(file, f"{problem}; expected one, or leave it out", line)
 
     parser.StartElementHandler, parser.EndElementHandler = opened, closed
     parser.StartDoctypeDeclHandler = refuse

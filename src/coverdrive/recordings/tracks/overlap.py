@@ -71,11 +71,12 @@ def shared_vehicles(
         .sort("recording", "recording_b", "offset", "vehicle", "vehicle_b")
     )
     everybody = pl.concat(table.with_columns(recording=pl.lit(number)) for number, table in enumerate(ordered))
-    part = pl.col("rows").cum_sum().first().over("recording", "recording_b", "offset") // AT_ONCE
     rows = everybody.group_by("recording", "vehicle").agg(rows=pl.len())
-    matches = matches.join(rows, on=("recording", "vehicle"), maintain_order="left").with_columns(part=part)
+    matches = matches.join(rows, on=("recording", "vehicle"), maintain_order="left")
+    matches = matches.with_columns(pl.col("rows").cum_sum())
+    part = pl.col("rows").first().over("recording", "recording_b", "offset") // AT_ONCE
     shared = [pl.DataFrame(schema=SHARED)]
-    for (a, _), found in matches.drop("rows").group_by("recording", "part", maintain_order=True):
+    for (a, _), found in matches.with_columns(rows=part).group_by("recording", "rows", maintain_order=True):
         shared.append(_shared(ordered[int(a)], everybody, found, LONE * every[int(a)]).select(SHARED.names()))
     return pl.concat(shared, how="vertical_relaxed")
 
