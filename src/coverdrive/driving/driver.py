@@ -102,10 +102,10 @@ class Driver:
             raise SettingError(f"{', '.join(unknown)} can be said of our planner only; tell yours when you make it")
         self.planner: Planner = planner
         self.period = period
-        self._predictor, self._settings = predictor, planner.settings if isinstance(planner, MpcPlanner) else None
-        settings = self._settings or adapted(PlannerSettings(), **wishes)
+        self._predictor, own = predictor, planner.settings if isinstance(planner, MpcPlanner) else None
+        settings = own or adapted(PlannerSettings(), **wishes)
         self._vehicle = settings.problem.vehicle
-        grace = self._settings.grace if self._settings else 0.0
+        grace = own.grace if own else 0.0
         forget = max(grace, planner.dt * planner.steps)
         size = self._vehicle.length, self._vehicle.width
         self._perception = Perception(size, period, forget, smoothing or SmoothingSettings())
@@ -139,11 +139,10 @@ class Driver:
         scene = self.see(own, others, road)
         state, wishes = scene.states[EGO], dict[str, Any]()
         if goal is not None:
-            if self._settings is None:
+            if not isinstance(self.planner, MpcPlanner):
                 raise SettingError("only our planner takes a goal; leave it out, and tell yours when you make it")
-            usual = self._settings.problem.cost.reference_speed
-            curves = self.planner.curves(road) if isinstance(self.planner, MpcPlanner) else None
-            wish = goal.wish(state, road, self._steps * self.period, usual, curves)
+            usual = self.planner.settings.problem.cost.reference_speed
+            wish = goal.wish(state, road, self._steps * self.period, usual, self.planner.curves(road))
             wishes["wish"] = wish if self._clear else replace(wish, lanes=(), lat=None)
         self._steps += 1
         with during(f"in step {self._steps}, {(self._steps - 1) * self.period:g} s after the start"):

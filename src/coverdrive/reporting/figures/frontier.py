@@ -85,11 +85,13 @@ def _marks(line: dict[str, Any], number: int) -> list[Mark]:
     x, y = 100 * line["collisions"] / line["drives"], line["mean_speed"]
     name, proof = f"{line['who']}, {line['drives_of']}", line["drives_of"] == "proof"
     colour = style.CYCLE[(number + 4 * proof) % len(style.CYCLE)]
-    words = Texts(x=[x], y=[y], text=[scale[2:]], above=-9.0 if proof else 2.0, name=name, colour=colour)
-    return [*crossed(
+    marks = crossed(
         x, y, (low, high), (line["speed_low"], line["speed_high"]), f"{said}\n{y:.2f} m/s", colour=colour,
         marker=style.MARKERS[number % len(style.MARKERS)], name=name,
-    ), *[words] * bool(scale)]  # fmt: skip
+    )  # fmt: skip
+    if scale:
+        marks.append(Texts(x=[x], y=[y], text=[scale[2:]], above=-9.0 if proof else 2.0, name=name, colour=colour))
+    return marks
 
 
 def _cells(line: dict[str, Any]) -> tuple[str, ...]:
