@@ -42,11 +42,11 @@ print(trained(1_000_000) / 1_000_000)
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="the peak memory of a process is read from Linux's /proc")
-def test_training_takes_less_than_a_kilobyte_for_each_window() -> None:
+def test_training_takes_less_than_850_bytes_for_each_window() -> None:
     """In a process of its own: mirror images included, what is seen and wanted of a window is 368 bytes.
 
-    Twice that is held while training begins, and what the network sees of it, once, is 320 bytes. A million windows, as
+    What the network sees of it is 320 bytes, once; a copy of either, for JAX, would be too much. A million windows, as
     what allocators keep for threads of their own is up to 100 MB.
     """
     found = subprocess.run([sys.executable, "-c", _PROGRAM], check=True, capture_output=True, text=True)
-    assert float(found.stdout) < 1000
+    assert float(found.stdout) < 850

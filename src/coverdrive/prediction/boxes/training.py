@@ -17,7 +17,7 @@ from pydantic import Field
 from coverdrive.certificates.certificate import Unit
 from coverdrive.prediction.boxes.boxes import WHOLE, body_excess
 from coverdrive.prediction.boxes.network import BoxNetwork, decoded
-from coverdrive.prediction.data.parts import parts
+from coverdrive.prediction.data.parts import aligned, parts
 from coverdrive.prediction.data.segments import Segments
 from coverdrive.prediction.learning.affordance import mirrored_features
 from coverdrive.prediction.learning.inputs import Inputs
@@ -91,11 +91,10 @@ def train_boxes(
     power = _POWER_OF_WINDOWS if windows else settings.power
     usual = np.sqrt((segments.points[:, 1:] ** 2).mean(0)).astype(np.float32)
     few = len(np.unique(segments.vehicle)) < settings.few
-    targets = _targets(segments)
+    targets = _targets(segments, settings.mirrored)
     del segments  # where the caller does not keep them, either, they take no memory during training
     if settings.mirrored:
         features = np.concatenate([features, mirrored_features(features)])
-        targets = jnp.concatenate([targets, targets * _MIRROR])
     inputs = "urgency" if few else settings.inputs
     sizes = settings.hidden, BoxNetwork.outputs(len(usual))
     random = np.random.default_rng(seed)
@@ -111,12 +110,17 @@ def train_boxes(
     return BoxNetwork(evened, usual, arms, np.zeros(2) if early is None else early), losses
 
 
-def _targets(segments: Segments) -> Float32[np.ndarray, "N P 4"]:
-    """What boxes are to hold (`box_loss`), part by part: on the way there it takes much memory."""
-    targets = np.empty((len(segments), segments.points.shape[1] - 1, 4), dtype=np.float32)
+def _targets(segments: Segments, mirrored: bool) -> Float32[np.ndarray, "R P 4"]:
+    """What boxes are to hold (`box_loss`), part by part: on the way there it takes much memory.
+
+    If asked for, what they hold of the mirror images follows.
+    """
+    targets = aligned((1 + mirrored) * len(segments), segments.points.shape[1] - 1, 4)
     for part in parts(len(segments)):
         targets[part, :, :2] = segments.points[part, 1:]
         targets[part, :, 2:] = body_excess(segments.of(part))
+    if mirrored:
+        np.multiply(targets[: len(segments)], _MIRROR, out=targets[len(segments) :])
     return targets
 
 

@@ -3,9 +3,11 @@
 Few get rows of zeros after them, so that what JAX compiles serves for other numbers, too.
 """
 
+import math
+
 import numpy as np
 from jax import Array
-from jaxtyping import Shaped
+from jaxtyping import Float32, Shaped
 
 PART = 2**16
 """rows of a part"""
@@ -14,6 +16,14 @@ PART = 2**16
 def parts(rows: int) -> list[slice]:
     """The parts of so many rows, in their order."""
     return [slice(first, min(first + PART, rows)) for first in range(0, rows, PART)]
+
+
+def aligned(*shape: int) -> Float32[np.ndarray, "..."]:
+    """Room that JAX takes as it is, as it begins at a multiple of 64 bytes; of what does not, it makes a copy."""
+    size = math.prod(shape)
+    room = np.empty(size + 16, dtype=np.float32)
+    first = -room.ctypes.data // 4 % 16
+    return room[first : first + size].reshape(shape)
 
 
 def padded(values: Shaped[Array | np.ndarray, "N *rest"]) -> Shaped[Array | np.ndarray, "R *rest"]:

@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Float, Float32
 
 from coverdrive.compiled import compiled
+from coverdrive.prediction.data.parts import aligned
 from coverdrive.prediction.learning.affordance import FEATURES
 
 Inputs = Literal["affordance", "derived", "motion", "urgency"]
@@ -53,7 +54,7 @@ def network_inputs(features: Float[np.ndarray, "N F"], inputs: Inputs) -> Float3
 
     The features are in the order of `FEATURES`; for "motion" and "urgency", `MOTION` follows them.
     """
-    every = np.empty((len(features), len(COLUMNS["motion"])), dtype=np.float32)
+    every = aligned(len(features), len(COLUMNS["motion"]))
     _write_inputs(np.ascontiguousarray(features, dtype=np.float32), every)
     return every if inputs == "motion" else every.take(COLUMNS[inputs], axis=1)
 
