@@ -52,7 +52,7 @@ def surroundings_of(
     which, asked = (near & likeliest).nonzero()[0], apart.nonzero()[0]
     likely = every.take(np.concatenate([which, asked]), axis=2)
     shrink_tubes(likely, problem.branches.tube)
-    widen(likely, len(which), float(state[2]), problem, manners)
+    widen(likely, len(which), state, problem, manners)
     return Surroundings(
         state=np.array([0.0, *state[1:]]),
         previous_input=np.array(applied),

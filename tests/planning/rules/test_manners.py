@@ -23,7 +23,7 @@ FEW = MannersSettings(headway=0.0, beside=0.0, time_to_collision=0.0)
 def boxes_for(straight_paths, manners: MannersSettings, *cars: tuple[float, float, float]) -> np.ndarray:
     likely, _ = obstacles_of(straight_paths(*cars), PROBLEM.obstacles)
     boxes = likely.compress(wished(likely, STATE, PROBLEM.vehicle.width, manners), axis=2)
-    widen(boxes, 0, STATE[2], PROBLEM, manners)
+    widen(boxes, 0, STATE, PROBLEM, manners)
     return boxes
 
 
@@ -50,7 +50,7 @@ def test_the_paper_wishes_nothing(straight_paths) -> None:
 def test_the_regulation_has_a_headway_for_every_speed(straight_paths, speed: float, headway: float) -> None:
     """The table of 5.2.3.3: 1.3 s at 30 km/h, 1.6 s at 60 km/h."""
     manners = MannersSettings(like="regulation", time_to_collision=0.0)
-    alone, wished = (boxes_for(straight_paths, each, (50, 5.4, speed))[2] for each in (FEW, manners))
+    alone, wished = (boxes_for(straight_paths, each, (300, 5.4, speed))[2] for each in (FEW, manners))
     assert wished - alone == pytest.approx(headway * speed)
 
 
@@ -83,6 +83,30 @@ def sideways(straight_paths, settings: PlannerSettings) -> float:
         most = max(most, abs(state[2] * np.sin(state[3])))
     assert state[1] > 8  # it has passed on the left
     return most
+
+
+def test_no_headway_asks_for_more_than_calm_braking(straight_paths) -> None:
+    """Somebody is as fast, 10 m ahead: the box begins where the ego comes to at 2 m/s², at last at the headway."""
+    alone, eased = (boxes_for(straight_paths, each, (14.8, 5.4, 20)) for each in (FEW, MannersSettings(headway=0.7)))
+    beside = boxes_for(straight_paths, MannersSettings(headway=0.7), (14.8, 1.8, 20))
+    begins = eased[0] - PROBLEM.obstacles.inflation * (eased[2] + PROBLEM.vehicle.length / 2)
+    time = 0.25 * np.arange(13)
+    np.testing.assert_allclose(beside[2], alone[2] + 14)  # who is in no way of the ego's asks for all of it at once
+    np.testing.assert_allclose(begins[:5, 0], (20 * time - time**2)[:5], atol=0.5)
+    np.testing.assert_allclose(eased[2, -1], alone[2, -1] + 14)
+
+
+@pytest.mark.parametrize("lon", [10, 14])
+def test_a_headway_is_found_again_calmly(straight_paths, lon: float) -> None:
+    """After somebody came in 5 or 9 m ahead, as fast as the ego: with 8 m/s² where all of it is asked for at once."""
+    planner, state, slowed = MpcPlanner(), np.array([0.0, 1.8, 20.0, 0.0]), list[float]()
+    planner.reset(0.1)
+    for moment in range(60):
+        inputs = planner.plan(state, straight_paths((lon + 2 * moment, 1.8, 20)), Road.straight(1)).inputs[0]
+        slowed.append(float(inputs[0]))
+        state = step(state, inputs, 0.1)
+    assert min(slowed) > -4.5
+    assert (lon + 120 - state[0] - 4.8) / state[2] > 0.9
 
 
 def test_lanes_are_changed_as_calmly_as_people_do(straight_paths) -> None:

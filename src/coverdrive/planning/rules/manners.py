@@ -3,9 +3,11 @@ it changes lanes.
 
 Everybody is in a second box, which reaches as far ahead and behind as its vehicle comes in the wished time headway, and
 farther if the ego is faster: neither comes the ego that near to whoever is ahead, nor leaves it less to those behind
-it in a lane that it enters. To be in such a box costs along the drive branch; it is never a contact, and never decides
-whether a plan is clear. Whoever is directly behind in the ego's own lane keeps the distance itself. Through a short gap
-that would be hurried; so sideways, along the drive branch, the ego is not to be faster than people are.
+it in a lane that it enters. Behind somebody in the own lane who is nearer than that, the headway is asked for only
+as far as the ego gets by slowing down calmly. To be in such a box costs along the drive branch; it is never a contact,
+and never decides whether a plan is clear. Whoever is directly behind in the ego's own lane keeps the distance itself.
+Through a short gap that would be hurried; so sideways, along the drive branch, the ego is not to be faster than people
+are.
 """
 
 from typing import Literal
@@ -68,15 +70,20 @@ def wished(
 
 
 def widen(
-    boxes: Float[np.ndarray, "7 P n"], first: int, speed: float, problem: ProblemSettings, manners: MannersSettings
+    boxes: Float[np.ndarray, "7 P n"],
+    first: int,
+    state: Float[np.ndarray, " 4"],
+    problem: ProblemSettings,
+    manners: MannersSettings,
 ) -> None:
-    """Let boxes, from the first of these on, become those that an ego of a speed [m/s] is not to be in.
+    """Let boxes, from the first of these on, become those that an ego in a state is not to be in.
 
     Of the problem the slack weights count, of which the last row says the share that being in a box costs.
     """
     slack = problem.cost.slack_weights(problem.steps)
     headway = -1.0 if manners.like == "regulation" else manners.headway
-    _widen(boxes, first, speed, slack, headway, manners.time_to_collision, manners.beside, problem.dt)
+    own = state[1], state[2], problem.vehicle.length, problem.vehicle.width, problem.obstacles.inflation
+    _widen(boxes, first, own, slack, headway, manners.time_to_collision, manners.beside, problem.dt)
 
 
 @compiled
@@ -87,17 +94,24 @@ def _headway(asked: float, speed: float) -> float:
 
 @compiled
 def _widen(
-    boxes: Float[np.ndarray, "7 P n"], begin: int, own: float, slack: Float[np.ndarray, " K"], headway: float,
-    time_to_collision: float, beside: float, dt: float,
+    boxes: Float[np.ndarray, "7 P n"], begin: int, own: tuple[float, float, float, float, float],
+    slack: Float[np.ndarray, " K"], headway: float, time_to_collision: float, beside: float, dt: float,
 ) -> None:  # fmt: skip
-    """Let boxes reach as far as is wished for at an own speed [m/s]."""
+    """Let boxes reach as far as is wished for; of the ego lat, speed, length, width and the inflation are given."""
     moments = boxes.shape[1]
+    lat, own_speed, length, width, inflation = own
     for i in range(begin, boxes.shape[2]):
+        ahead = boxes[0, 0, i] >= 0 and abs(boxes[1, 0, i] - lat) < boxes[3, 0, i] + width / 2
         for k in range(moments):
             first, last = max(k - 1, 0), min(k + 1, moments - 1)
             speed = max((boxes[0, last, i] - boxes[0, first, i]) / (dt * (last - first)), 0.0)
-            closing = max(own - _EASE * dt * k - speed, 0.0)
-            boxes[2, k, i] += _headway(headway, speed) * speed + time_to_collision * closing
+            closing = max(own_speed - _EASE * dt * k - speed, 0.0)
+            gap = _headway(headway, speed) * speed
+            if ahead:
+                time = min(dt * k, own_speed / _EASE)
+                eased = (own_speed - _EASE * time / 2) * time
+                gap = min(gap, max((boxes[0, k, i] - eased) / inflation - boxes[2, k, i] - length / 2, 0.0))
+            boxes[2, k, i] += gap + time_to_collision * closing
             boxes[3, k, i] += beside
             boxes[4, k, i], boxes[5, k, i] = FAR, 0.0
             if k > 0:
