@@ -17,7 +17,7 @@ from shapely.ops import unary_union
 from coverdrive.driving.perception import Told
 from coverdrive.errors import DataError
 from coverdrive.geometry import body_corners, boxes_overlap
-from coverdrive.recordings.files.scenario import is_vehicle, numbers_of, states_of
+from coverdrive.recordings.files.scenario import has_sets, is_vehicle, numbers_of, states_of
 from coverdrive.recordings.tracks.repair import VERGE
 from coverdrive.road import Road
 
@@ -31,17 +31,32 @@ _MOTION = ("velocity", "orientation")
 _COLUMNS = ("vehicle", "time", "lon", "lat", "speed", "heading", "length", "width")
 
 
-def begins_in(obstacle: Any, other: Any) -> bool:
-    """Whether the bodies of two moving obstacles overlap at the first time step of which both have a state."""
+def begins_in(obstacle: Any, other: Any, dt: float) -> bool:
+    """Whether the bodies of two moving obstacles overlap at the first time step, of dt [s], at which both are there."""
     step = max(obstacle.initial_state.time_step, other.initial_state.time_step)
-    states = [(each.state_at_time(step), each.obstacle_shape) for each in (obstacle, other)]
-    if any(state is None for state, _ in states):
-        return False
     bodies = [
         (np.array([x, y]), np.array(heading), np.divide(size, 2))
-        for (x, y, _, heading), size in (told(*each) for each in states)
+        for (x, y, _, heading), size in filter(None, (told_at(each, step, dt) for each in (obstacle, other)))
     ]
-    return bool(boxes_overlap(*bodies[0], *bodies[1]))
+    return len(bodies) == 2 and bool(boxes_overlap(*bodies[0], *bodies[1]))
+
+
+def told_at(obstacle: Any, step: int, dt: float) -> Told | None:
+    """Where a moving obstacle is at a time step of dt [s]; None if it is not there, errors as of `told`.
+
+    If that is in sets of places, it is a box around all, along its first heading, as fast as the middle has moved.
+    """
+    first = obstacle.initial_state
+    if not has_sets(obstacle) or step <= first.time_step:
+        state = obstacle.state_at_time(step)
+        return None if state is None else told(state, obstacle.obstacle_shape)
+    if (there := obstacle.occupancy_at_time(step)) is None:
+        return None
+    heading = float(np.mean(numbers_of(first.orientation)))
+    places = [get_coordinates(shape_of(each.shape)) for each in (there, obstacle.occupancy_at_time(step - 1))]
+    (place, size), (before, _) = (_box_around(each @ _turned(-heading), heading) for each in places)
+    speed = float((place - before) @ (np.cos(heading), np.sin(heading))) / dt
+    return (*place, speed, heading), size
 
 
 def told(state: Any, shape: Any) -> Told:
@@ -64,9 +79,17 @@ def told(state: Any, shape: Any) -> Told:
         backwards, apart = _turned(-heading), np.linspace(ends[0], ends[-1], _HEADINGS) - heading
         around = np.concatenate([get_coordinates(_at_origin(shape)) @ _turned(each) for each in apart])
         places = get_coordinates(Point(place) if isinstance(place, np.ndarray) else shape_of(place)) @ backwards
-        least, most = places.min(axis=0) + around.min(axis=0), places.max(axis=0) + around.max(axis=0)
-        size, place = tuple((most - least).tolist()), backwards @ (least + most) / 2
+        place, size = _box_around(places[:, None] + around, heading)
     return (*place, speed, heading), size
+
+
+def _box_around(
+    points: Float[np.ndarray, "*n 2"], heading: float
+) -> tuple[Float[np.ndarray, " 2"], tuple[float, float]]:
+    """Place and size [m] of a box of a heading [rad] around points along it and across it."""
+    along, across = np.moveaxis(points, -1, 0)
+    least, most = np.array([along.min(), across.min()]), np.array([along.max(), across.max()])
+    return _turned(-heading) @ (least + most) / 2, tuple((most - least).tolist())
 
 
 def _turned(angle: float) -> Float[np.ndarray, "2 2"]:
@@ -139,7 +162,7 @@ def tracks_of(scenario: Any, road: Road) -> pl.DataFrame:
         (obstacle.obstacle_id, state.time_step * float(scenario.dt), *pose, *size)
         for obstacle in scenario.dynamic_obstacles
         if is_vehicle(obstacle) and hasattr(obstacle.obstacle_shape, "width")
-        for state in states_of(obstacle)
+        for state in filter(None, states_of(obstacle))
         if isinstance(state.position, np.ndarray)
         and len(numbers_of([getattr(state, each, None) for each in _MOTION])) == 2
         for pose, size in [told(state, obstacle.obstacle_shape)]

@@ -15,7 +15,7 @@ from shapely.geometry.base import BaseGeometry
 from shapely.ops import unary_union
 
 from coverdrive.driving.goal import Goal, Interval
-from coverdrive.driving.obstacles import begins_in, come_near, pieces, shape_of, told, tracks_of
+from coverdrive.driving.obstacles import begins_in, come_near, pieces, shape_of, told_at, tracks_of
 from coverdrive.driving.perception import Told
 from coverdrive.driving.route import drawn_near, farthest, route
 from coverdrive.driving.tidy import in_order, refuse_unknown, with_narrow_headings
@@ -72,8 +72,8 @@ class PlanningProblem:
         """The vehicles on the road at a time step, and the obstacles: state and size by their numbers."""
         seen = dict[Hashable, Told]()
         for obstacle in self.scenario.dynamic_obstacles:
-            if (state := obstacle.state_at_time(moment)) is not None:
-                seen[int(obstacle.obstacle_id)] = told(state, obstacle.obstacle_shape)
+            if (there := told_at(obstacle, moment, float(self.scenario.dt))) is not None:
+                seen[int(obstacle.obstacle_id)] = there
         if not seen:
             return dict(self._standing)
         there = come_near(*_arrays(seen.values()), self.road)
@@ -244,14 +244,14 @@ def _without_ego(file: Path, start: Any) -> Any:
     """
     scenario = open_scenario(file)[0]
     in_order(scenario)
+    dt = float(scenario.dt)
     for ego in scenario.dynamic_obstacles:
-        state = ego.state_at_time(start.time_step)
-        if state is None:
+        if (there := told_at(ego, start.time_step, dt)) is None:
             continue
-        (x, y, speed, _), _ = told(state, ego.obstacle_shape)
+        (x, y, speed, _), _ = there
         if abs(speed - start.velocity) < _SAME_SPEED and np.hypot(*((x, y) - start.position)) < _SAME_PLACE:
             scenario.remove_obstacle(
-                [each for each in scenario.dynamic_obstacles if each is ego or begins_in(each, ego)]
+                [each for each in scenario.dynamic_obstacles if each is ego or begins_in(each, ego, dt)]
             )
             break
     refuse_unknown(scenario)

@@ -12,6 +12,7 @@ from commonroad.planning.goal import GoalRegion
 from commonroad.scenario.trajectory import Trajectory
 
 from coverdrive.errors import DataError
+from coverdrive.recordings.files.scenario import has_sets
 
 _WIDEST = 3.0
 """[rad] commonroad-io tells angles apart that differ by less than half a turn"""
@@ -35,9 +36,12 @@ def refuse_unknown(scenario: Any) -> None:
         name, first = f"obstacle {obstacle.obstacle_id}", obstacle.initial_state.time_step
         if obstacle.prediction is None:
             continue
-        if not hasattr(obstacle.prediction, "trajectory"):
-            problem = f"{name} has sets of places instead of states after time step {first}"
-            raise DataError(f"{problem}; expected a trajectory, give it one, or leave the obstacle out")
+        if has_sets(obstacle):
+            for step in range(first + 1, int(obstacle.prediction.final_time_step)):
+                if obstacle.occupancy_at_time(step) is None:
+                    problem = f"{name} has no set of places at time step {step}, but a later one"
+                    raise DataError(f"{problem}; expected one at every time step, give it those that are missing")
+            continue
         steps = [state.time_step for state in obstacle.prediction.trajectory.state_list]
         for before, after in pairwise([first, *steps[steps[0] == first :]]):
             if after > before + 1:

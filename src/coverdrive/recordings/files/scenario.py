@@ -185,6 +185,12 @@ def states_of(obstacle: Any) -> Iterator[Any]:
         yield from getattr(getattr(prediction, "trajectory", None), "state_list", [None])
 
 
+def has_sets(obstacle: Any) -> bool:
+    """Whether sets of places tell where an obstacle is after its initial state, and no states."""
+    prediction = getattr(obstacle, "prediction", None)
+    return prediction is not None and not hasattr(prediction, "trajectory")
+
+
 def is_vehicle(obstacle: Any) -> bool:
     """Whether an obstacle is one of the vehicles of a motorway, and no other road user."""
     return obstacle.obstacle_type.value not in OTHERS
@@ -206,6 +212,13 @@ def _check_obstacle(file: Path, obstacle: Any) -> None:
                 least = "0 or more" if part == "time_step" else f"finite numbers below {FARTHEST:g}"
                 found = f"the {part} of {name} at time step {state.time_step} is {value}"
                 raise RecordingError(file, f"{found}; expected {least}, check the file or leave the obstacle out")
+    for each in obstacle.prediction.occupancy_set if has_sets(obstacle) else ():
+        if not (_are_numbers(each.time_step, 0.0) and _are_numbers(each.shape) and _has_size(each.shape)):
+            problem = (
+                f"a set of places of {name}, at time step {each.time_step}, has no extent or numbers that are none"
+            )
+            expected = f"a time step of 0 or more, and a shape of finite numbers below {FARTHEST:g}"
+            raise RecordingError(file, f"{problem}; expected {expected}, check the file or leave the obstacle out")
 
 
 def check_problem(problem: Any, dt: float) -> None:
