@@ -1,5 +1,6 @@
 """Planning problems of a drawn scenario, as texts."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,16 @@ def box(at: float, left: float, length: float = 6.0, width: float = 2.0) -> str:
 
 def goal(*parts: str, first: int = 50, last: int = 60) -> str:
     return f"<goalState>{between('time', first, last)}{''.join(parts)}</goalState>"
+
+
+def in_sets(vehicle: str, *parts: range, length: float = 6.0, speed: float = 14.0, widens: float = 0.1) -> str:
+    """A vehicle, 90 m ahead at first, then in sets that go on at a speed [m/s] and get wider by so much a step [m]."""
+    sets = list[str]()
+    for moment in (moment for part in parts for moment in part):
+        place = box(90.0 + 0.1 * speed * moment, -1.75, length, 2.0 + widens * moment)
+        shape = place.replace("position>", "shape>")
+        sets.append(f"<occupancy>{shape}<time><exact>{moment}</exact></time></occupancy>")
+    return re.sub("<trajectory>.*</trajectory>", f"<occupancySet>{''.join(sets)}</occupancySet>", vehicle)
 
 
 def written(folder: Path, *goals: str, name: str = "USA_Test-1_1_T-1", traffic: str = TRAFFIC, **start: float) -> Path:

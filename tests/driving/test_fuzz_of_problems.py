@@ -11,7 +11,8 @@ import polars as pl
 import pytest
 from driving_fakes import PREDICTOR
 from mutations import changed
-from problem_fakes import TRAFFIC, between, box, goal, written
+from problem_fakes import TRAFFIC, between, box, goal, in_sets, written
+from recordings_fakes import driving
 
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems
 from coverdrive.driving.solved import SCHEMA, solve
@@ -30,6 +31,8 @@ GOALS = (
     goal(box(26.0, -1.75, length=12.0), between("orientation", 0.0, 1.5), first=2, last=4),
 )
 
+SETS = in_sets(driving(102, 90.0, -1.75, 14.0, 5), range(1, 5))
+
 
 def looked_at(path: Path) -> int:
     """How many problems of a scenario can be driven."""
@@ -45,7 +48,7 @@ def looked_at(path: Path) -> int:
 
 def tried(count: int, folder: Path, seed: int) -> tuple[int, int]:
     """How many of ``count`` damaged scenarios can be driven, and how many are refused."""
-    path, driven, refused = written(folder, *GOALS, traffic=TRAFFIC), 0, 0
+    path, driven, refused = written(folder, *GOALS, traffic=TRAFFIC + SETS), 0, 0
     whole = path.read_bytes()
     for number in range(count):
         random = np.random.default_rng([seed, number])

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from driving_fakes import PREDICTOR
-from problem_fakes import TRAFFIC, between, box, goal, written
+from problem_fakes import TRAFFIC, between, box, goal, in_sets, written
 from recordings_fakes import RADIUS, TURN, driving, on_map
 
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems
@@ -41,18 +41,8 @@ def test_states_are_taken_by_their_time_steps(tmp_path: Path) -> None:
         assert place == pytest.approx(there)
 
 
-def in_sets(*parts: range, length: float = 6.0, speed: float = 14.0, widens: float = 0.1) -> str:
-    """The vehicle, first at a place, then in sets that go on at a speed [m/s] and get wider by so much a step [m]."""
-    sets = list[str]()
-    for moment in (moment for part in parts for moment in part):
-        place = box(90.0 + 0.1 * speed * moment, -1.75, length, 2.0 + widens * moment)
-        shape = place.replace("position>", "shape>")
-        sets.append(f"<occupancy>{shape}<time><exact>{moment}</exact></time></occupancy>")
-    return re.sub("<trajectory>.*</trajectory>", f"<occupancySet>{''.join(sets)}</occupancySet>", ONE)
-
-
 def test_sets_of_places_are_told_as_boxes_that_grow(tmp_path: Path) -> None:
-    found = read(written(tmp_path, goal(), traffic=in_sets(range(1, 10))))
+    found = read(written(tmp_path, goal(), traffic=in_sets(ONE, range(1, 10))))
     assert isinstance(found, PlanningProblem)
     for moment in (0, 1, 5, 9):
         (x, y, speed, heading), size = found.others(moment)[100]
@@ -64,7 +54,7 @@ def test_sets_of_places_are_told_as_boxes_that_grow(tmp_path: Path) -> None:
 
 def test_what_is_in_sets_of_places_is_kept_clear_of(tmp_path: Path) -> None:
     """It is 90 m away at first, and soon over all three lanes."""
-    wall = in_sets(range(1, 60), speed=0.0, widens=1.0)
+    wall = in_sets(ONE, range(1, 60), speed=0.0, widens=1.0)
     (found,) = solve(written(tmp_path, goal(first=50, last=50), traffic=wall), PREDICTOR)
     assert found.row["solved"], found.row["reason"]
     assert found.drive is not None and found.drive.cars[-1].pose[2] < 7.0  # from 14
@@ -74,7 +64,10 @@ UNKNOWN = {
     "a gap": (ONE.replace("".join(states_of(ONE)[19:24]), ""), "100 has no state at time step 20, but at 25"),
     "a gap at first": (ONE.replace(states_of(ONE)[0], ""), "100 has no state at time step 1, but at 2"),
     "one twice": (ONE.replace(states_of(ONE)[4], 2 * states_of(ONE)[4]), "100 has a state too many at time step 5"),
-    "a gap in sets": (in_sets(range(1, 5), range(6, 10)), "100 has no set of places at time step 5, but a later one"),
+    "a gap in sets": (
+        in_sets(ONE, range(1, 5), range(6, 10)),
+        "100 has no set of places at time step 5, but a later one",
+    ),
 }
 
 
@@ -90,7 +83,7 @@ def test_sets_of_places_without_an_extent_are_refused(length: float, tmp_path: P
     with pytest.raises(
         RecordingError, match="a set of places of obstacle 100, at time step 1, has no extent or numbers"
     ):
-        read(written(tmp_path, goal(), traffic=in_sets(range(1, 9), length=length)))
+        read(written(tmp_path, goal(), traffic=in_sets(ONE, range(1, 9), length=length)))
 
 
 def test_of_the_recorded_ego_nothing_needs_to_be_known(tmp_path: Path) -> None:
