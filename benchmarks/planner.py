@@ -114,7 +114,7 @@ def starts_of(own: Plans, around: Surroundings, problem: ProblemSettings, consta
     for lat in own.targets[0]:
         plans = empty_plans(len(accelerations), len(tree.parent))
         for i, acceleration in enumerate(accelerations):
-            write_manoeuvre(plans, i, lat, 0, lat, acceleration, 1.0, around, constants)
+            write_manoeuvre(plans, i, lat, 0, lat, acceleration, 1.0, 1, around, constants)
         ways.append(plans.inputs)
     alone = evaluated(ways[1], own.targets, around, constants)
     safest = np.lexsort((alone.cost, alone.harm, alone.departure))[0]

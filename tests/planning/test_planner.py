@@ -337,6 +337,22 @@ def test_a_clear_plan_that_is_driven_for_longer_than_its_first_step_touches_noth
     assert clear > 100
 
 
+def test_who_can_only_be_passed_by_steering_anew_at_every_plan_is_passed(straight_paths) -> None:
+    """A motorcycle stands 8 m ahead; whoever turns the wheels once in each step of 0.25 s, or only brakes, hits it."""
+    planner, state, wide = MpcPlanner(), np.array([100.0, 1.49, 13.61, 0.01]), Road.straight(4)
+    where, half = (111.6, 1.7, 0.0), np.array([1.1, 0.4])
+    planner.reset(PERIOD)
+    for _ in range(20):
+        paths = straight_paths(where)
+        paths.half_sizes[:] = half
+        inputs = planner.plan(state, paths, wide).inputs[0]
+        for time in np.linspace(0, PERIOD, 11):
+            own = step(state, inputs, float(time))
+            assert not boxes_overlap(own[:2], own[3], CAR.half_sizes, np.array(where[:2]), np.array(0.0), half)
+        state = step(state, inputs, PERIOD)
+    assert state[0] > 113
+
+
 def test_both_branches_begin_with_the_inputs_that_are_driven(straight_paths) -> None:
     """Behind a slower car the drive branch trusts what is likely; the other one does not."""
     state, paths = np.array([0, 1.8, 20, 0.0]), straight_paths((25, 1.8, 20), (25, 1.8, 20), (0, 5.4, 20))

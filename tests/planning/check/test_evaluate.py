@@ -253,8 +253,22 @@ def test_less_harm_is_expected_of_what_is_hardly_touched_beyond_the_end(straight
     paths = straight_paths((60 + 4.8 + 10 - 15, 1.8 + 1.9 - depth, 5))
     got = evaluated(whole(np.zeros((STEPS, 2))), around(np.array([0, 1.8, 20.0, 0]), paths))
     assert got.harm[0] > 0
-    slower = (5 + np.sqrt(225 - 16 * 10.15)) / (5 + np.sqrt(225 - 16 * 10))
-    assert got.expected[0] == pytest.approx((0.7 + 0.3 * deep * slower**4) * got.harm[0])
+    near, touched, slower = ((5 + np.sqrt(225 - 16 * gap)) ** 4 for gap in (9.95, 10.0, 10.15))
+    assert got.harm[0] * (0.69 * touched + 0.01 * near + 0.3 * deep * slower) == pytest.approx(
+        got.expected[0] * (0.99 * touched + 0.01 * near)
+    )
+
+
+@pytest.mark.parametrize(("gap", "counts"), [(0.06, False), (0.04, True)])
+def test_a_little_harm_is_done_by_who_comes_near(straight_paths, gap: float, counts: bool) -> None:
+    """A post stands to the left of the ego, which is turned: in an upright box around it, but not in its body."""
+    heading, post = 0.2, 0.2
+    away = CAR.width / 2 + post * (np.sin(heading) + np.cos(heading)) + gap
+    paths = straight_paths((-away * np.sin(heading), 5.0 + away * np.cos(heading), 0.0))
+    paths.half_sizes[:] = post
+    got = evaluated(whole(np.zeros((STEPS, 2))), around(np.array([0.0, 5.0, 0.0, heading]), paths))
+    assert not got.clear[0] and got.severity[0] == 0
+    assert bool(got.harm[0] > 0) is counts
 
 
 def test_what_is_touched_now_is_judged_by_how_the_ego_meets_it_a_step_later(straight_paths) -> None:

@@ -31,15 +31,16 @@ _UNCERTAIN = 0.4
 _FROM_BEHIND = 0.1
 """share of the harm that a contact counts where the other one runs into the ego"""
 _LEVELS = (
-    (1.0, 0.0, 0.03, 0.03),
+    (1.0, -0.05, 0.01, 0.01),
+    (1.0, 0.0, 0.02, 0.02),
     (0.75, 0.0, 0.04, 0.04),
     (0.5, 0.0, 0.08, 0.08),
     (0.25, 0.0, 0.2, 0.2),
     (0.0, 0.0, 0.65, 0.35),
     (0.0, 0.15, 0.0, 0.3),
 )
-"""shares of what boxes have grown beyond the bodies in their middle, depth [m] from which on contact with these counts,
-and the shares that it has of the harm, and of the expected harm"""
+"""shares of what boxes have grown beyond the bodies in their middle, depth [m] from which on contact with these counts
+(below 0: as near to them), and the shares that it has of the harm, and of the expected harm"""
 _ON_THE_ROAD = 1e-9
 """[m] by which a body may be beyond the edge of the road"""
 
@@ -173,7 +174,7 @@ def complete(plans: Plans, i: int, around: Surroundings, constants: Constants) -
             time, speed = first_contact(states, inputs, edges, slot, grown, deep, boxes, constants)
             if time == np.inf:
                 break
-            if grown == 1:
+            if grown == 1 and deep == 0:
                 severity = max(severity, abs(speed))
             if time == 0:  # what is touched now is, whatever the ego does
                 start, applied = state_at(states, 0, states[0]), (inputs[0, 0], inputs[0, 1])

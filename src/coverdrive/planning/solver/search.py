@@ -22,7 +22,7 @@ from coverdrive.planning.check.merit import merit
 from coverdrive.planning.problem.constants import Constants
 from coverdrive.planning.problem.rollout import write, write_rows
 from coverdrive.planning.solver.descent import descend
-from coverdrive.planning.solver.manoeuvres import EVASIONS, aim, evade, write_manoeuvre
+from coverdrive.planning.solver.manoeuvres import EVASIONS, WAYS, aim, evade, write_manoeuvre
 from coverdrive.planning.surroundings import Surroundings
 
 TOLERANCE = 1e-3
@@ -139,7 +139,7 @@ def _begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Consta
     guesses = len(lanes) * tried
     for i in range(guesses):
         lane, acceleration = i // tried, wanted.accelerations[i % tried]
-        write_manoeuvre(plans, i, lanes[lane], lane, lanes[lane], acceleration, 1.0, around, constants)
+        write_manoeuvre(plans, i, lanes[lane], lane, lanes[lane], acceleration, 1.0, 1, around, constants)
     for n in range(len(tree.parent)):
         write(plans.inputs[guesses, n], wanted.rest[tree.moment[n] - 1])
     plans.lane[guesses] = wanted.held
@@ -263,6 +263,10 @@ def _choose(
             write_rows(best[lane], plans.inputs[i])
         if rank + wanted.extra[lane] < least:
             chosen, least = i, rank + wanted.extra[lane]
+    if chosen >= first + 1 + lanes + WAYS:  # it is steered more finely than a plan can say, and was chosen for that
+        harm, expected = plans.harm[chosen], plans.expected[chosen]
+        evaluate(plans, chosen, chosen + 1, around, constants)
+        plans.harm[chosen], plans.expected[chosen] = harm, expected
     return chosen, first <= chosen < first + 1 + lanes and not abrupt(plans.inputs[chosen], around, constants)
 
 
