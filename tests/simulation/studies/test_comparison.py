@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.stats import ttest_rel
 from simulation_fakes import REPLAYED, ConstantPlanner, fakes
 
-from coverdrive.errors import DataError
+from coverdrive.errors import CertificateError, DataError
 from coverdrive.simulation.studies.comparison import compare, mean_interval, newcombe_interval, paired_t
 from coverdrive.simulation.studies.folder import StudyFolder
 from coverdrive.simulation.studies.study import Study
@@ -138,6 +138,13 @@ def test_other_seeds_or_vehicles_are_refused(tmp_path):
         compare(tmp_path / "a", tmp_path / "b")
     with pytest.raises(DataError, match=r"numbers of vehicles differ: trial 1 has 4 and 6"):
         compare(tmp_path / "a", tmp_path / "c")
+
+
+@pytest.mark.parametrize("confidence", [0.0, 1.0, 2.0, float("nan")])
+def test_confidences_that_are_none_are_refused(tmp_path, confidence):
+    Study(fakes(), tmp_path / "a").run(2)
+    with pytest.raises(CertificateError, match="confidence"):
+        compare(tmp_path / "a", tmp_path / "a", confidence)
 
 
 def test_studies_of_which_no_trial_started_in_both_are_refused(tmp_path):

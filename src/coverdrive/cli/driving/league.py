@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 _DENSE = (8, 10, 12)
 """numbers of aggressive drivers on the paper's road"""
+_NUMBERS = f"3 4 5 6 7, among aggressive drivers on the paper's road {' '.join(map(str, _DENSE))},"
 
 
 def league(
@@ -77,7 +78,7 @@ def league(
         ),
     ] = None,
     road: options.RoadOfStudy = None,
-    vehicles: options.Vehicles = None,
+    vehicles: Annotated[options.Vehicles, Parameter(show_default=options.usually(_NUMBERS))] = None,
     seed: options.Seed = None,
     out: Annotated[
         Path | None,

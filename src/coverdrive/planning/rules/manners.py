@@ -32,8 +32,8 @@ class MannersSettings(Settings):
     """How near the ego comes to others if it need not."""
 
     like: Literal["human", "regulation", "paper"] = "human"
-    """people, as the numbers below say; these with the time headways of UN Regulation No. 157 (1 s at 7 km/h to 1.6 s
-    from 60 km/h on); or the paper, which has no such wishes"""
+    """people, as the numbers below say; these with the time headways of UN Regulation No. 157 (1 s at standstill, a
+    tenth more for every 10 km/h, 1.6 s from 60 km/h on); or the paper, which has no such wishes"""
     headway: float = Field(default=0.72, ge=0, le=10)
     """[s] time headway of people in nine of ten moments, as recorded on US-101; a fit to recordings takes theirs"""
     beside: float = Field(default=0.98, ge=0, le=10)

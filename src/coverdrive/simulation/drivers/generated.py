@@ -98,6 +98,13 @@ def generate(settings: GeneratedSettings | None = None, seed: int = 0) -> tuple[
     """Generate scenes; each is a recording and a group of its own, and no vehicle number occurs twice.
 
     The same settings and seed give the same traffic.
+
+    Args:
+        settings: of scenes, road, drivers and time step; the defaults if left out.
+        seed: of all that is random, at least 0.
+
+    Raises:
+        SettingError: the settings are of another kind, or the seed is no whole number of at least 0.
     """
     chosen = GeneratedSettings() if settings is None else settings
     of_kind("settings", chosen, GeneratedSettings, "GeneratedSettings")

@@ -17,6 +17,7 @@ from jaxtyping import Bool, Float
 from scipy import special
 
 from coverdrive.arguments import path_of
+from coverdrive.certificates.bounds import check_confidence
 from coverdrive.errors import DataError
 from coverdrive.simulation.measures.statistics import COUNTED
 from coverdrive.simulation.measures.trial import STARTED
@@ -86,7 +87,9 @@ def compare(first: Study | Path | str, second: Study | Path | str, confidence: f
     Raises:
         DataError: a folder holds no finished study, the two have other seeds or numbers of vehicles, or no trial
             started in both.
+        CertificateError: the confidence is not between 0 and 1.
     """
+    check_confidence(confidence)
     first, second = (each.folder if isinstance(each, Study) else path_of(name, each, "a study, or ")
                      for name, each in (("first", first), ("second", second)))  # fmt: skip
     (one, ours), (two, theirs) = _load(first), _load(second)

@@ -202,8 +202,8 @@ def study(
     Raises:
         SettingError: a number makes no sense, replays are to end early, there is no such traffic or road, or no cluster
             there.
-        DataError: the folder holds a study of another configuration, another process drives in it, or no trial could
-            start.
+        DataError: the folder holds a study of another configuration, another process drives in it, no trial could
+            start, or recorded traffic is to be replayed and there are no recordings.
     """
     setup = setup_of(predictor, planner, traffic, vehicles, seed, recordings, road, episode)
     return Study(setup, path_of("folder", folder)).run(
@@ -230,6 +230,7 @@ def simulate(
     Raises:
         StartError: the vehicles cannot be placed.
         SettingError: there is no such traffic or road, or the planner looks farther than the predictor.
+        DataError: recorded traffic is to be replayed, and there are no recordings.
     """
     numbers = None if vehicles is None else (whole("vehicles", vehicles),)
     setup = setup_of(predictor, planner, traffic, numbers, seed, recordings, road, episode)

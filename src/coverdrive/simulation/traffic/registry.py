@@ -61,7 +61,9 @@ def make_traffic(settings: TrafficSettings, predictor: Predictor | None, scenari
     given = {"settings": settings, "predictor": predictor, "scenarios": scenarios}
     taken = {name: given[name] for name in signature(model).parameters}
     if not taken.get("scenarios", True):
-        raise DataError("replayed traffic needs recorded scenes, got none; name some with --recording")
+        raise DataError(
+            "replayed traffic needs recorded scenes, got none; give recordings, or name some with --recording"
+        )
     if taken.get("predictor", True) is None:
         raise SettingError(f"{settings.kind} traffic drives members of predicted sets; give a predictor")
     return model(**taken)
