@@ -1,5 +1,6 @@
 """What trained or calibrated is refused however it is cut, shifted, numbered or called; what is new is welcome."""
 
+import shutil
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -13,7 +14,7 @@ from coverdrive.prediction.data.held_out import Seen
 from coverdrive.prediction.data.segments import cut_segments
 from coverdrive.prediction.data.split import both_ways, split
 from coverdrive.prediction.fit import Fit
-from coverdrive.recordings.read import read
+from coverdrive.recordings.read import read, together
 from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.road import Road
 from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
@@ -145,6 +146,15 @@ def test_a_few_copies_of_shared_scenes_are_refused_and_none_that_is_new(us101: P
 def test_no_copy_of_shared_scenes_passes_and_nothing_new_is_refused(us101: Path) -> None:
     refused, tried, wrongly = judged(us101, False, 200, seed=0)
     assert refused == tried > 80 and wrongly == 0
+
+
+def test_a_scene_at_5_hz_is_recognised_under_another_name(roads: Path, tmp_path: Path) -> None:
+    file = roads / "C-DEU_MONAEast-2_480_T-559.xml"
+    copied = tmp_path / "another.xml"
+    shutil.copy(file, copied)
+    alone, both = read(file), together([*read(file), *read(copied)])
+    vehicles = [set().union(*(each.table["identity"] for each in some)) for some in (alone, both)]
+    assert vehicles[0] == vehicles[1] and len({group for each in both for group in each.table["group"]}) == 1
 
 
 def test_what_is_shared_is_named(us101: Path) -> None:

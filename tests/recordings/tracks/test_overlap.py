@@ -56,6 +56,14 @@ def test_rounded_copies_are_found():
     assert pairs_of(raw_of(original), raw_of(np.round(original, 2))) == [(0, 1)]
 
 
+@pytest.mark.parametrize("rows", [2, 3, 5])
+@pytest.mark.parametrize("later", [0, 1])
+def test_copies_are_found_where_each_speed_is_held_for_several_rows(rows: int, later: int):
+    """As those of files at 5 Hz are, whose rows are told at 10 Hz."""
+    held = np.repeat(3 * speeds(0), rows, axis=1)
+    assert pairs_of(raw_of(held), raw_of(held[2:, 40 + later :], first_vehicle=500), raw_of(speeds(1))) == [(0, 1)]
+
+
 def test_different_traffic_is_kept_apart():
     assert pairs_of(*(raw_of(speeds(seed, vehicles=20)) for seed in range(6))) == []
 

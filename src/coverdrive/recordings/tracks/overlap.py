@@ -88,19 +88,24 @@ def _ordered(track: RawTracks, group: Int[np.ndarray, " R"]) -> pl.DataFrame:
 
 
 def _runs(table: pl.DataFrame, number: int, every: int) -> pl.DataFrame:
-    """A key of every run of successive, mostly different speeds, with its vehicle and first moment."""
-    whole = every * (RUN - 1)
+    """A key of every run of successive, mostly different speeds, with its vehicle and first moment.
+
+    Speeds that are held, as those of 0.2 s are in rows every 0.1 s, are taken once.
+    """
+    held = (pl.col("speed") == pl.col("speed").shift()) & (pl.col("vehicle") == pl.col("vehicle").shift())
+    table, whole = table.filter(~held.fill_null(False)), every * (RUN - 1)
     vehicle, moment = table["vehicle"].to_numpy(), table["moment"].to_numpy()
     rounded = np.rint(table["speed"].to_numpy() / STEP).astype(np.int64)
     count = max(0, len(rounded) - whole)
-    factors = np.random.default_rng(0).integers(1, 2**62, RUN)
+    factors = np.random.default_rng(0).integers(1, 2**62, RUN + 1)
     parts = [rounded[lag : lag + count] for lag in range(0, whole + 1, every)]
-    key = sum((part * factor for part, factor in zip(parts, factors, strict=True)), np.full(count, every))
-    changes = sum((part != before for before, part in pairwise(parts)), np.zeros(count, dtype=np.int64))
     end = slice(whole, whole + count)
-    telling = (vehicle[:count] == vehicle[end]) & (moment[end] - moment[:count] == whole) & (changes > RUN // 2)
-    runs = pl.DataFrame({"key": key, "vehicle": vehicle[:count], "moment": moment[:count], "recording": number})
-    return runs.filter(telling)
+    parts.append(moment[end] - moment[:count])
+    key = sum((part * factor for part, factor in zip(parts, factors, strict=True)), np.full(count, every))
+    changes = sum((part != before for before, part in pairwise(parts[:RUN])), np.zeros(count, dtype=np.int64))
+    telling = (vehicle[:count] == vehicle[end]) & (changes > RUN // 2)
+    runs = pl.DataFrame({"key": key, "vehicle": vehicle[:count], "moment": moment[:count]})
+    return runs.filter(telling).with_columns(recording=pl.lit(number, pl.Int64))
 
 
 def _shared(track: pl.DataFrame, everybody: pl.DataFrame, found: pl.DataFrame, lone: int) -> pl.DataFrame:
