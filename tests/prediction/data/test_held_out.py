@@ -152,9 +152,9 @@ def test_a_scene_at_5_hz_is_recognised_under_another_name(roads: Path, tmp_path:
     file = roads / "C-DEU_MONAEast-2_480_T-559.xml"
     copied = tmp_path / "another.xml"
     shutil.copy(file, copied)
-    alone, both = read(file), together([*read(file), *read(copied)])
-    vehicles = [set().union(*(each.table["identity"] for each in some)) for some in (alone, both)]
-    assert vehicles[0] == vehicles[1] and len({group for each in both for group in each.table["group"]}) == 1
+    alone, both = (cut_segments(some) for some in (read(file), together([*read(file), *read(copied)])))
+    assert len(both) == 2 * len(alone)
+    assert len(np.unique(both.vehicle)) == len(np.unique(alone.vehicle)) and len(np.unique(both.group)) == 1
 
 
 def test_what_is_shared_is_named(us101: Path) -> None:
