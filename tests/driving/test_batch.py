@@ -8,7 +8,7 @@ from typing import Any
 import polars as pl
 import pytest
 from driving_fakes import PREDICTOR
-from problem_fakes import TRAFFIC, between, goal, written
+from problem_fakes import TRAFFIC, between, goal, problem, written
 from recordings_fakes import driving
 
 from coverdrive.driving import batch, solved
@@ -150,10 +150,46 @@ def test_other_scenarios_stay_in_the_table(tmp_path: Path) -> None:
     assert table["scenario"].to_list() == ["a", "c"] and table["model"].to_list() == ["ST", "KS"]
 
 
+def test_a_folder_may_be_called_as_a_pattern(tmp_path: Path) -> None:
+    first, _, last = three(tmp_path)
+    rows_of([first], tmp_path / "out1")
+    for file in (last, first):
+        rows_of([file], tmp_path / "out[1]")
+    assert pl.read_csv((tmp_path / "out[1]" / "solved.csv").read_bytes())["scenario"].to_list() == ["a", "c"]
+
+
+def test_scenarios_of_one_name_have_drawings_of_their_own(tmp_path: Path) -> None:
+    files, out, drawn = list[Path](), tmp_path / "out", list[str]()
+    for folder in ("x", "y"):
+        (tmp_path / folder).mkdir()
+        files.append(written(tmp_path / folder, SOON, name="a"))
+
+    def draw(drive: Drive, name: str) -> str:
+        drawn.append(name)
+        (out / f"{name}_7").mkdir()
+        (out / f"{name}_7" / "drive.mp4").write_text("frames")
+        return f"{name}_7/drive.mp4"
+
+    rows_of(files[1:], out, draw=draw)
+    rows = rows_of(files, out, draw=draw)
+    assert drawn == ["a", "a (2)"] and {row["video"] for row in rows} == {"a_7/drive.mp4", "a (2)_7/drive.mp4"}
+    assert len(rows_of(files, out, draw=draw)) == 2 and len(drawn) == 2
+
+
+def test_a_problem_that_is_not_driven_is_known_by_its_number_and_has_no_solution(tmp_path: Path) -> None:
+    file = written(tmp_path, SOON)
+    away = problem(SOON, left=500.0).replace('id="7"', 'id="8"')
+    file.write_text(file.read_text().replace("</commonRoad>", f"{away}</commonRoad>"))
+    driven, undriven = rows_of([file], tmp_path / "out")
+    assert (driven["problem"], undriven["problem"]) == (7, 8) and "start is on no road" in undriven["reason"]
+    assert driven["solution"] and not undriven["solution"]
+    assert rows_of([file], tmp_path / "out") == [driven, undriven]
+
+
 def test_what_is_solved_but_not_drawn_is_driven_again(tmp_path: Path) -> None:
     files, out, drawn = three(tmp_path), tmp_path / "out", list[str]()
 
-    def draw(drive: Drive) -> str:
+    def draw(drive: Drive, name: str) -> str:
         drawn.append(drive.problem.file.stem)
         (out / f"{drawn[-1]}.mp4").write_text("frames")
         return f"{drawn[-1]}.mp4"

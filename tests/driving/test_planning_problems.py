@@ -60,6 +60,25 @@ def test_lanelets_and_the_nearest_of_several_goals(tmp_path: Path) -> None:
     assert (anywhere.lanes, anywhere.position, anywhere.time) == ((), None, (5.0, 6.0))
 
 
+def test_goals_off_the_road_are_left_out_if_another_one_is_on_it(tmp_path: Path) -> None:
+    away = goal(box(60.0, 900.0))
+    for other in (goal(box(60.0, -1.75)), goal(between("velocity", 10.0, 20.0))):
+        found, alone = (read(written(tmp_path, *goals)) for goals in ((away, other), (other,)))
+        assert found.goal == alone.goal and len(found.goals) == 1
+    with pytest.raises(RecordingError, match="the goal is not on the road"):
+        _ = read(written(tmp_path, away, away)).goal
+
+
+def test_a_goal_at_the_time_of_the_start_is_refused(tmp_path: Path) -> None:
+    (found,) = read_problems(written(tmp_path, goal(first=0, last=0)))
+    assert isinstance(found, RecordingError) and "its goal is at 0 s after the start" in str(found)
+
+
+def test_suffixes_may_be_capitals(tmp_path: Path) -> None:
+    file = written(tmp_path, goal())
+    assert read(file.rename(file.with_suffix(".XML"))).number == 7
+
+
 def test_of_a_goal_in_parts_the_next_one_ahead_is_looked_at(tmp_path: Path) -> None:
     def parts(*some: str) -> str:
         shapes = "".join(part.removeprefix("<position>").removesuffix("</position>") for part in some)
@@ -140,7 +159,9 @@ def test_what_is_none_is_said(tmp_path: Path) -> None:
 def test_a_lane_change_in_time_is_driven_written_and_accepted(tmp_path: Path, model) -> None:
     wanted = goal(box(95.0, -5.25, length=4.0), between("velocity", 10.0, 16.0), between("orientation", 0.65, 0.85))
     path, drives = written(tmp_path, wanted), list[Drive]()
-    ((row,),) = solve_all([path], lambda _: PREDICTOR, tmp_path / "out", model, draw=drives.append)
+    ((row,),) = solve_all(
+        [path], lambda _: PREDICTOR, tmp_path / "out", model, draw=lambda drive, _: drives.append(drive)
+    )
     (found,) = drives
     assert found.reached
     assert row["solved"] and row["reason"] == "" and row["model"] == model

@@ -44,7 +44,9 @@ class _Scenarios:
     """for each, or why there is none"""
     model: ModelName
     planner: PlannerSettings
-    draw: Callable[[Drive], str | None] | None
+    draw: Callable[[Drive, str], str | None] | None
+    names: Sequence[str]
+    """of the drawings of each"""
     seed: int = 0
 
     def description(self) -> dict[str, Any]:
@@ -73,7 +75,8 @@ class _Scenarios:
             return {"trial": trial, "rows": rows, "benchmark": "", "text": ""}
         with stage(name_of(file)):
             found = list(solve(file, belief, self.model, self.planner))
-        rows, drives, text = [self._shown(each) for each in found], [each.drive for each in found if each.drive], ""
+        rows, text = [self._shown(each, self.names[trial]) for each in found], ""
+        drives = [each.drive for each in found if each.drive]
         try:
             text = solution_of(drives) if drives else ""
         except (ValueError, AttributeError) as error:  # of commonroad-io
@@ -81,9 +84,9 @@ class _Scenarios:
             rows = [row | lost if row["solved"] else row for row in rows]
         return {"trial": trial, "rows": rows, "benchmark": drives[0].name if drives else "", "text": text}
 
-    def _shown(self, found: Solved) -> Row:
+    def _shown(self, found: Solved, name: str) -> Row:
         """The row of a problem, whose drive is drawn, if any."""
-        return found.row | ({"video": self.draw(found.drive)} if self.draw and found.drive else {})
+        return found.row | ({"video": self.draw(found.drive, name)} if self.draw and found.drive else {})
 
 
 def solve_all(
@@ -92,7 +95,7 @@ def solve_all(
     folder: Path,
     model: ModelName = "KS",
     workers: int = 1,
-    draw: Callable[[Drive], str | None] | None = None,
+    draw: Callable[[Drive, str], str | None] | None = None,
     planner: PlannerSettings | None = None,
 ) -> Iterator[list[Row]]:
     """Drive and judge the planning problems of scenarios, and write their solutions and the table.
@@ -103,8 +106,9 @@ def solve_all(
         folder: of the table ``solved.csv``, whose rows are sorted by file, and the solutions.
         model: of the ego.
         workers: number of processes.
-        draw: is shown every drive, in the process that drove it, and says which file in the folder is its video; what
-            is solved already, but has no such file, is driven again.
+        draw: is shown every drive, in the process that drove it, with a name that no other scenario in the folder has,
+            and says which file in the folder is its video; what is solved already, but has no such file, is driven
+            again.
         planner: settings of it, fitted to car and problem as by `coverdrive.driving.solving.settings_for`; the defaults
             if left out.
 
@@ -117,8 +121,9 @@ def solve_all(
     """
     with alone(folder):
         predictors = [_predictor(predictor_of, each) for each in scenarios]
-        setup = _Scenarios(scenarios, predictors, model, planner or PlannerSettings(), draw)
         found, files = _kept(folder), [_path_of(each) for each in scenarios]
+        names = _names(scenarios, files, found)
+        setup = _Scenarios(scenarios, predictors, model, planner or PlannerSettings(), draw, names)
         made, left = [setup.made_from(trial) for trial in range(len(scenarios))], list[int]()
         for trial, file in enumerate(files):
             rows = found.get(file, [])
@@ -132,8 +137,9 @@ def solve_all(
                 file, made_from = files[each["trial"]], made[each["trial"]]
                 taken = {row["solution"] or "" for other, rows in found.items() if other != file for row in rows}
                 written = _write_solution(each["benchmark"], each["text"], folder, taken) if each["text"] else None
-                about = {"file": file, "solution": written, "made_from": made_from}
-                found[file] = [row | about for row in each["rows"]]
+                about = {"file": file, "made_from": made_from}
+                driven = [written if row["time"] is not None else None for row in each["rows"]]
+                found[file] = [row | about | {"solution": own} for row, own in zip(each["rows"], driven, strict=True)]
                 table = pl.DataFrame([row for file in sorted(found) for row in found[file]], schema=SCHEMA)
                 write_atomically(folder / TABLE, table.write_csv)
                 done(number, len(scenarios))
@@ -145,6 +151,18 @@ def _predictor(predictor_of: Callable[[Path], Belief], scenario: Path) -> Belief
         return predictor_of(scenario)
     except CoverdriveError as error:
         return str(error)
+
+
+def _names(scenarios: Sequence[Path], files: Sequence[str], found: dict[str, list[Row]]) -> list[str]:
+    """For each scenario a name that no other file has here, nor in the rows that are there: the one it has there."""
+    drawn = [row for rows in found.values() for row in rows if row["video"]]
+    taken = {row["video"].rsplit("_", 1)[0]: row["file"] for row in drawn}
+    for scenario, file in zip(scenarios, files, strict=True):
+        if file not in taken.values():
+            names = (name_of(scenario) + f" ({number})" * (number > 1) for number in count(1))
+            taken[next(name for name in names if name not in taken)] = file
+    own = {file: name for name, file in taken.items()}
+    return [own[file] for file in files]
 
 
 def _write_solution(benchmark: str, text: str, folder: Path, taken: Collection[str]) -> str:
@@ -168,7 +186,7 @@ def _kept(folder: Path) -> dict[str, list[Row]]:
     """The rows in a folder whose solutions are there, too, by the files of their scenarios."""
     found = dict[str, list[Row]]()
     with suppress(OSError, pl.exceptions.PolarsError):  # none, or of another version
-        for row in pl.read_csv(folder / TABLE, schema=SCHEMA).iter_rows(named=True):
+        for row in pl.read_csv((folder / TABLE).read_bytes(), schema=SCHEMA).iter_rows(named=True):
             found.setdefault(row["file"] or "", []).append(row | {"reason": row["reason"] or ""})
     named = [row for rows in found.values() for row in rows if row["solution"]]
     lost = {row["file"] for row in named if not _is_in(folder, row["solution"])}

@@ -122,10 +122,27 @@ class PlanningProblem:
         """Where the drive is to lead: of alternatives the one with the nearest lane, and the least turn."""
         start = self.problem.initial_state
         lane = self.lane_of(*self.road.to_road(*start.position))
-        goals = [self.goal_of(state) for state in self.problem.goal.state_list]
         return min(
-            goals, key=lambda goal: (min((abs(lane - each) for each in goal.any_lane), default=0), abs(goal.turn))
+            (goal for _, goal in self.goals),
+            key=lambda goal: (min((abs(lane - each) for each in goal.any_lane), default=0), abs(goal.turn)),
         )
+
+    @cached_property
+    def goals(self) -> list[tuple[Any, Goal]]:
+        """The states of the goal that can be driven to on this road, as commonroad-io reads them, and as goals.
+
+        Raises:
+            RecordingError: there is none.
+        """
+        found, problems = list[tuple[Any, Goal]](), list[RecordingError]()
+        for state in self.problem.goal.state_list:
+            try:
+                found.append((state, self.goal_of(state)))
+            except RecordingError as error:
+                problems.append(error)
+        if not found:
+            raise problems[0]
+        return found
 
     def goal_of(self, state: Any) -> Goal:
         """A goal from one of its states; its time counts from the start."""
@@ -206,7 +223,16 @@ class PlanningProblem:
         )
 
 
-def read_problems(file: Path) -> Iterator[PlanningProblem | RecordingError]:
+class ProblemError(RecordingError):
+    """A planning problem of a number that cannot be driven."""
+
+    def __init__(self, error: RecordingError, number: int):
+        """For a reason."""
+        Exception.__init__(self, str(error))
+        self.number = number
+
+
+def read_problems(file: Path) -> Iterator[PlanningProblem | ProblemError]:
     """The planning problems of a scenario, or why one cannot be driven.
 
     Raises:
@@ -220,7 +246,7 @@ def read_problems(file: Path) -> Iterator[PlanningProblem | RecordingError]:
             with naming(file, f"planning problem {number}"):
                 yield _problem(file, scenario, problem)
         except RecordingError as error:
-            yield error
+            yield ProblemError(error, int(number))
 
 
 def _problem(file: Path, scenario: Any, problem: Any) -> PlanningProblem:

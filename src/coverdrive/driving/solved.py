@@ -65,7 +65,7 @@ def solve(
         if isinstance(problem, PlanningProblem):
             yield solve_problem(problem, predictor, model, planner)
         else:
-            yield Solved(known | because(f"not driven: {problem}"), None)
+            yield Solved(known | {"problem": problem.number} | because(f"not driven: {problem}"), None)
 
 
 def unsolved(scenario: Path, model: ModelName) -> Row:

@@ -15,6 +15,7 @@ from commonroad.scenario.trajectory import Trajectory
 from shapely.geometry import Point
 
 from coverdrive.driving.driver import Driver, adapted
+from coverdrive.driving.goal import Goal
 from coverdrive.driving.obstacles import shape_of
 from coverdrive.driving.planning_problem import PlanningProblem
 from coverdrive.driving.recorder import Recorder
@@ -128,19 +129,23 @@ def missed(problem: PlanningProblem, cars: Sequence[SingleTrackCar]) -> str:
 
     Who is past the place is not as near as who is beside it.
     """
-    goals, lacks = problem.problem.goal.state_list, list[list[str]]()
+    lacks = list[list[str]]()
     for moment, car in enumerate(cars, start=problem.first):
-        lacks += [_lacking(problem, goal, car.state(moment)) for goal in goals if goal.time_step.contains(moment)]
+        lacks += [
+            _lacking(problem, goal, wanted, car.state(moment))
+            for goal, wanted in problem.goals
+            if goal.time_step.contains(moment)
+        ]
     return "goal missed: " + ", ".join(
         min(reversed(lacks), key=lambda each: (len(each), "too far" in each), default=["time"])
     )
 
 
-def _lacking(problem: PlanningProblem, goal: Any, state: Any) -> list[str]:
-    """What a state lacks for a goal, besides the time."""
+def _lacking(problem: PlanningProblem, goal: Any, wanted: Goal, state: Any) -> list[str]:
+    """What a state lacks for a goal, also as we want it, besides the time."""
     lacking = list[str]()
     if goal.has_value("position") and not shape_of(goal.position).intersects(Point(*state.position)):
-        wanted, (lon, lat) = problem.goal_of(goal), problem.road.to_road(*state.position)
+        lon, lat = problem.road.to_road(*state.position)
         low, high = wanted.position or (lon, lon)
         if problem.lane_of(lon, lat) not in wanted.any_lane:
             lacking.append("other lane")

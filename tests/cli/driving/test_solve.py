@@ -41,6 +41,23 @@ def test_settings_of_the_planner_are_those_of_the_fit_and_what_is_said(
         assert f"{name} made the predictor in {tmp_path}" in complaint.replace("\n", "")
 
 
+def test_each_scenario_is_solved_once_whatever_it_is_called(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = list[list[str]]()
+    monkeypatch.setattr(batch, "solve_all", lambda files, *_: asked.append([each.name for each in files]) or [])
+    monkeypatch.setattr(Results, "experiment", Experiment())
+    monkeypatch.setattr(Results, "predictor", PREDICTOR)
+    monkeypatch.setattr(Results, "refuse_seen", lambda *_: None)
+    folder = tmp_path / "all"
+    folder.mkdir()
+    file = written(folder, goal(between("velocity", 0.0, 60.0)), name="a")
+    file.rename(folder / "B.XML")
+    file = written(folder, goal(between("velocity", 0.0, 60.0)), name="a")
+    (tmp_path / "link.xml").symlink_to(file)
+    named = file, folder, tmp_path / "all" / ".." / "all" / "a.xml", tmp_path / "link.xml"
+    coverdrive("solve", *named, "--predictor", tmp_path, "--out", tmp_path / "out")
+    assert asked == [["a.xml", "B.XML"]]
+
+
 def test_scenarios_are_not_solved_by_what_learned_from_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(left_out, "fit_without", lambda *_: pytest.fail("nothing is to be fitted"))
     scenario = written(tmp_path, goal(between("velocity", 0.0, 60.0)))

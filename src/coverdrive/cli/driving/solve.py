@@ -71,7 +71,10 @@ def solve(
     - with a predictor that there is, which has not seen them: `coverdrive solve scenarios/ --predictor us101`
     - none has seen its own scene: `coverdrive solve scenarios/ --recording scenarios/ --leave-one-out`
     """
-    files = [file for each in scenario for file in (sorted(each.glob("*.xml")) if each.is_dir() else [each])]
+    named = dict[Path, Path]()  # each file once, by the first of its names
+    for file in (file for each in scenario for file in (_scenarios(each) if each.is_dir() else [each])):
+        named.setdefault(file.resolve(), file)
+    files = list(named.values())
     if not files:
         raise DataError("there is nothing to solve; name a scenario or a folder, as in `coverdrive solve scenarios/`")
     for file in files:
@@ -100,12 +103,15 @@ def solve(
     return {"solutions": str(out), "problems": found, "undriven": undriven}
 
 
-def _draw(folder: Path, drive: "Drive") -> str:
-    """Draw a drive; the file of its video in the folder."""
-    from coverdrive.recordings.tracks.reading import name_of
+def _scenarios(folder: Path) -> list[Path]:
+    return sorted(file for file in folder.iterdir() if file.suffix.lower() == ".xml")
+
+
+def _draw(folder: Path, drive: "Drive", scenario: str) -> str:
+    """Draw a drive in a scenario of this name; the file of its video in the folder."""
     from coverdrive.reporting.figures.gallery import draw_drive
 
-    name = f"{name_of(drive.problem.file)}_{drive.problem.number}"
+    name = f"{scenario}_{drive.problem.number}"
     draw_drive(drive.trace, folder / name, None)
     return f"{name}/drive.mp4"
 

@@ -67,8 +67,9 @@ def _parsed(file: Path, lines: dict[str, int]) -> tuple[Any, Any]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             from commonroad.common.file_reader import CommonRoadFileReader
+            from commonroad.common.util import FileFormat
 
-            return CommonRoadFileReader(file).open()
+            return CommonRoadFileReader(file, FileFormat.XML).open()  # whatever its suffix
     except OSError:
         raise
     except Exception as error:  # commonroad-io raises whatever the malformed place happens to trigger
@@ -246,8 +247,9 @@ def check_problem(problem: Any, dt: float) -> None:
     if not goals:
         raise DataError("it has no goal; give it a state to be reached")
     latest = max(numbers_of(goal.time_step)[-1] for goal in goals) - start.time_step
-    if not 0 <= latest * dt <= LONGEST_DRIVE:
-        raise DataError(f"its goal is at {latest * dt:g} s after the start; expected 0 to {LONGEST_DRIVE:g} s")
+    if not 0 < latest * dt <= LONGEST_DRIVE:
+        expected = f"expected one later than the start, by {LONGEST_DRIVE:g} s at the most"
+        raise DataError(f"its goal is at {latest * dt:g} s after the start; {expected}")
     for goal in goals:
         for part in goal.used_attributes:
             value = getattr(goal, part)
