@@ -173,3 +173,19 @@ def test_the_paper_has_base_trajectories_and_plans_without_a_second_branch() -> 
 def test_every_preset_asks_for_what_its_method_can_prove(experiment: Experiment) -> None:
     claim = experiment.prediction.certificate
     assert claim.method.bounds_losses or claim.unit in ("vehicle", "window")
+
+
+@pytest.mark.parametrize("value", [True, False])
+def test_truths_are_no_numbers(value: bool) -> None:
+    for place in keys(Experiment()):
+        own = Experiment().model_dump()
+        for name in place:
+            own = own[name]
+        if isinstance(own, (int, float)) and not isinstance(own, bool):
+            with pytest.raises(SettingError, match=f"{place[-1]}: Input should be"):
+                Experiment().updated(nested(place, value))
+
+
+def test_a_file_may_begin_with_a_mark_of_its_bytes(tmp_path: Path) -> None:
+    (tmp_path / "marked.toml").write_text("[episode]\nduration = 3.0\n", encoding="utf-8-sig")
+    assert Experiment.load(tmp_path / "marked.toml").episode.duration == 3.0

@@ -147,6 +147,6 @@ class Experiment(Settings):
 def named_in(path: Path) -> dict[str, Any]:
     """What a TOML file says, as nested tables; a SettingError if it is missing or is not TOML."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))  # some editors put a mark of bytes first
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
         raise SettingError(f"{path}: not a readable TOML file ({error})") from error

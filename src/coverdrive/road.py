@@ -18,6 +18,7 @@ import numpy as np
 from jax import Array
 from jaxtyping import Bool, Float, Int
 
+from coverdrive.arguments import finite, whole
 from coverdrive.errors import SettingError
 from coverdrive.reference_line import Numbers, ReferenceLine
 
@@ -169,11 +170,9 @@ class Road:
     @staticmethod
     def straight(lanes: int = 3, width: float = 3.6, length: float = 1000.0) -> "Road":
         """A road of equal lanes whose right edge is at lat = 0; 3.6 m is the US freeway standard (AASHTO)."""
-        if lanes < 1 or width <= 0 or length <= 0:
-            raise SettingError(
-                f"a road needs at least one lane, and a positive width and length; got {lanes} lanes, "
-                f"{width} m, {length} m"
-            )
+        lanes = whole("lanes", lanes, 1)
+        if finite("width", width) <= 0 or finite("length", length) <= 0:
+            raise SettingError(f"a road needs a positive width and length; got {width} m and {length} m")
         return Road(edges=np.arange(lanes + 1) * float(width), length=length)
 
 

@@ -39,13 +39,27 @@ S = TypeVar("S", bound=Settings)
 def checked(kind: type[S], values: Mapping[str, Any]) -> S:
     """Settings of a kind with these values; a SettingError says which is wrong, why, and what it was."""
     try:
-        return kind.model_validate(values)
+        settings = kind.model_validate(values)
     except ValidationError as error:
         first = error.errors()[0]
         names = [str(each) for each in first["loc"] if isinstance(each, int) or each.isidentifier()]  # no kinds
         place, got = ".".join(names) or "the settings as a whole", repr(first["input"])
         said = "" if isinstance(first["input"], (dict, Settings)) else f", got {textwrap.shorten(got, 60)}"
         raise SettingError(f"{place}: {first['msg']}{said}") from error
+    for place, value in _taken_for_numbers(settings, values):
+        raise SettingError(f"{place}: Input should be a valid number, got {value}")
+    return settings
+
+
+def _taken_for_numbers(settings: Settings, values: Mapping[str, Any]) -> Iterator[tuple[str, bool]]:
+    """Truth values, and where they are, that pydantic took for 0 or 1."""
+    for name, value in values.items():
+        own = getattr(settings, name, None)
+        if isinstance(own, Settings) and isinstance(value, Mapping):
+            inner = _taken_for_numbers(own, cast(Mapping[str, Any], value))
+            yield from ((f"{name}.{place}", truth) for place, truth in inner)
+        elif isinstance(value, bool) and not isinstance(own, bool):
+            yield name, value
 
 
 def merged(values: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:

@@ -14,6 +14,9 @@ from coverdrive.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.problem.vehicle import VehicleSettings, step
 from coverdrive.planning.rules.wish import NO_WISH
+from coverdrive.prediction.stored import checked_scale
+from coverdrive.road import Road
+from shape_checks import unchecked
 
 OTHERS = {"ahead": ((60.0, 1.8, 15.0, 0.0), CAR), 7: ((-30.0, 5.4, 22.0, 0.0), CAR)}
 OWN = (0.0, 1.8, 20.0, 0.0)
@@ -179,7 +182,37 @@ def test_bad_input_is_named(own, others, message: str) -> None:
         Driver(PREDICTOR).step(own, others, ROAD)
 
 
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"speed": 20.0}, "the speed of a goal is 20.0; expected its least and its largest value"),
+        ({"time": (np.nan, 3.0)}, "the time of a goal is"),
+        ({"lanes": 1.5}, "the lanes of a goal: expected a whole number"),
+        ({"lanes": (0, -1)}, "the lanes of a goal: expected a whole number"),
+        ({"lat": np.nan}, "the lat of a goal: expected a number"),
+    ],
+)
+def test_goals_that_are_none_are_refused(wrong: dict, message: str) -> None:
+    with unchecked(), pytest.raises(SettingError, match=message):
+        Goal(**wrong)
+
+
+def test_a_place_may_be_reached_at_any_time_from_some_on() -> None:
+    """Somebody is 300 m away, at 20 m/s: who has to be there after 30 s at the earliest slows down."""
+    state = np.array([0.0, 5.4, 20.0, 0.0])
+    goal = Goal(position=(300.0, 320.0), time=(30.0, np.inf))
+    speed = goal.wish(state, ROAD, 0.0, 20.0).speed
+    assert speed is not None and speed < 20.0
+
+
 def test_bad_settings_are_refused() -> None:
+    with unchecked(), pytest.raises(SettingError, match="smoothing: expected SmoothingSettings, got 'x'"):
+        Driver(PREDICTOR, smoothing="x")  # pyright: ignore[reportArgumentType]
+    with unchecked(), pytest.raises(SettingError, match="scale: expected a number, got '1'"):
+        checked_scale("1")  # pyright: ignore[reportArgumentType]
+    for lanes, width in ((1.5, 3.6), (3, np.nan), (3, -1.0)):
+        with unchecked(), pytest.raises(SettingError, match=r"lanes: expected a whole|width"):
+            Road.straight(lanes, width)  # pyright: ignore[reportArgumentType]
     with pytest.raises(SettingError, match=r"length: .*greater than or equal to 1, got 0.0"):
         Driver(PREDICTOR, length=0.0)
     with pytest.raises(SettingError, match="the period between two steps is 0 s"):

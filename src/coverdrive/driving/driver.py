@@ -88,6 +88,8 @@ class Driver:
         wishes = {name: finite(name, value) for name, value in wishes.items() if value is not None}
         if not 0 < finite("period", period) <= 1:
             raise SettingError(f"the period between two steps is {period} s; expected more than 0 and at most 1 s")
+        if smoothing is not None:
+            of_kind("smoothing", smoothing, SmoothingSettings, "SmoothingSettings")
         check_belief(predictor)
         check_period(predictor, period)
         planner = PlannerSettings() if planner is None else planner

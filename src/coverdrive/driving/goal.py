@@ -1,10 +1,12 @@
 """Where a drive is to lead: what a planning problem asks for, as wishes of the planner."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
+from coverdrive.arguments import finite, wholes
 from coverdrive.errors import SettingError
 from coverdrive.planning.rules.wish import Wish
 from coverdrive.road import Road
@@ -23,6 +25,8 @@ _STANDING, _TO_REST = 1.0, 1.0
 of speed goes slowly, as brakes are let go without a jerk, and who stands early stands in time, too"""
 _ARRIVALS, _APART = 21, 0.1
 """arrivals that are looked at, and [s] between two of them where the time is wide"""
+_LONGEST = 600.0
+"""[s] from the first arrival to the last that is looked at: the time may be without end"""
 _MIDDLE, _MARGIN = 0.05, 10.0
 """[m²/s⁵] cost of an arrival away from the middle of the time that is allowed, and [s] on both sides of the middle in
 which times are narrow: of wider ones it is a middle part, and the wider, the more of it"""
@@ -70,8 +74,12 @@ class Goal:
         """Refuse what nobody can reach."""
         for name in ("position", "speed", "heading", "time"):
             interval = getattr(self, name)
-            if interval is not None and not (len(interval) == 2 and interval[0] <= interval[1]):
+            if interval is not None and not _is_interval(interval):
                 raise SettingError(f"the {name} of a goal is {interval}; expected its least and its largest value")
+        if self.lanes != ():
+            wholes("the lanes of a goal", self.lanes)
+        if self.lat is not None:
+            finite("the lat of a goal", self.lat)
 
     @property
     def any_lane(self) -> tuple[int, ...]:
@@ -165,7 +173,8 @@ class Goal:
         spare = min((farthest - nearest) / 2, _SPARE)
         slowest, fastest = self.speed or (0.0, np.inf)
         inside = _TO_REST if self._stands else min((self.time[1] - self.time[0]) / 4, _IN_TIME)
-        latest = max(self.time[1] - time - inside, (self.time[1] - time) / 2, _SOONEST)
+        end = min(self.time[1] - time, max(self.time[0] - time, 0.0) + _LONGEST)
+        latest = max(end - inside, end / 2, _SOONEST)
         soonest = min(max(self.time[0] - time + inside, _SOONEST), latest)
         wide = (latest - soonest) / 2
         arrivals = _ARRIVALS if wide <= _MARGIN else round(2 * wide / _APART)
@@ -202,6 +211,14 @@ class Goal:
     def _stands(self) -> bool:
         """Whether one is to stand in the end."""
         return self.speed is not None and self.speed[1] < _STANDING
+
+
+def _is_interval(values: Any) -> bool:
+    try:
+        least, largest = values
+        return bool(least <= largest)
+    except (TypeError, ValueError):
+        return False
 
 
 def _between_curves(

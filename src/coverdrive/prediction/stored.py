@@ -14,6 +14,7 @@ import jax
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
+from coverdrive.arguments import finite
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.errors import SettingError
 from coverdrive.prediction.learning.affordance import FEATURES, MOTION, described_at
@@ -111,7 +112,7 @@ class StoredPredictor(ABC):
 
 def checked_scale(scale: float) -> float:
     """A scale λ of sets that makes sense; else a `SettingError`."""
-    if not 0 <= scale <= LARGEST:
+    if not 0 <= finite("scale", scale) <= LARGEST:
         raise SettingError(
             f"sets are scaled by a number between 0, the likeliest path alone, and {LARGEST:g}, got {scale}; 1 are "
             "those that were calibrated"

@@ -81,7 +81,7 @@ def write_manoeuvre(
         write(states[k], state)
         if k + 1 == constants.held:
             hold(applied, states, around, constants)
-            before, state = input_at(applied, k, before), state_at(states, k, around.state)
+            before, state = input_at(applied, k, around.previous_input), state_at(states, k, around.state)
     for n in range(len(tree.parent)):
         write(plans.inputs[i, n], applied[tree.moment[n] - 1])
         write(plans.states[i, n], states[tree.moment[n] - 1])
