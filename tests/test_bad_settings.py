@@ -182,7 +182,7 @@ def test_truths_are_no_numbers(value: bool) -> None:
         for name in place:
             own = own[name]
         if isinstance(own, (int, float)) and not isinstance(own, bool):
-            with pytest.raises(SettingError, match=f"{place[-1]}: Input should be"):
+            with pytest.raises(SettingError):
                 Experiment().updated(nested(place, value))
 
 
