@@ -34,6 +34,7 @@ from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.driving.drivability import refusal
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems
 from coverdrive.league import fiss
+from coverdrive.recordings.files.scenario import scenarios_in
 from coverdrive.recordings.tracks.reading import name_of
 from problems import PLACES
 from results import save
@@ -184,9 +185,7 @@ def main() -> None:
     logging.disable(logging.CRITICAL)
     rows = json.loads(given.out.read_text(encoding="utf-8")) if given.out.exists() else []
     there = {(row["scenario"], row["problem"]) for row in rows}
-    for file in (
-        each for path in given.scenarios for each in (sorted(path.glob("*.xml")) if path.is_dir() else [path])
-    ):
+    for file in scenarios_in(given.scenarios):
         for problem in read_problems(file):
             row: dict[str, Any] = {"scenario": name_of(file), "problem": getattr(problem, "number", None)}
             if tuple(row.values()) in there:

@@ -182,8 +182,13 @@ def test_truths_are_no_numbers(value: bool) -> None:
         for name in place:
             own = own[name]
         if isinstance(own, (int, float)) and not isinstance(own, bool):
-            with pytest.raises(SettingError):
+            with pytest.raises(SettingError, match=f"{place[-1]}: Input should be|as a whole"):
                 Experiment().updated(nested(place, value))
+
+
+def test_truths_are_no_numbers_of_a_list() -> None:
+    with pytest.raises(SettingError, match=r"vehicles.0: Input should be a valid number, got True"):
+        Experiment().updated({"study": {"vehicles": [True, 3]}})
 
 
 def test_a_file_may_begin_with_a_mark_of_its_bytes(tmp_path: Path) -> None:

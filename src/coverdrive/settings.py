@@ -58,8 +58,10 @@ def _taken_for_numbers(settings: Settings, values: Mapping[str, Any]) -> Iterato
         if isinstance(own, Settings) and isinstance(value, Mapping):
             inner = _taken_for_numbers(own, cast(Mapping[str, Any], value))
             yield from ((f"{name}.{place}", truth) for place, truth in inner)
-        elif isinstance(value, bool) and not isinstance(own, bool):
-            yield name, value
+        pairs = zip(value, own, strict=False) if isinstance(value, list | tuple) and isinstance(own, tuple) else []
+        for number, (one, taken) in enumerate([(value, own), *pairs]):
+            if isinstance(one, bool) and not isinstance(taken, bool):
+                yield name + f".{number - 1}" * (number > 0), one
 
 
 def merged(values: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:

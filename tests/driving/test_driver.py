@@ -187,6 +187,7 @@ def test_bad_input_is_named(own, others, message: str) -> None:
     [
         ({"speed": 20.0}, "the speed of a goal is 20.0; expected its least and its largest value"),
         ({"time": (np.nan, 3.0)}, "the time of a goal is"),
+        ({"time": (np.inf, np.inf)}, "the time of a goal is"),
         ({"lanes": 1.5}, "the lanes of a goal: expected a whole number"),
         ({"lanes": (0, -1)}, "the lanes of a goal: expected a whole number"),
         ({"lat": np.nan}, "the lat of a goal: expected a number"),
@@ -195,6 +196,12 @@ def test_bad_input_is_named(own, others, message: str) -> None:
 def test_goals_that_are_none_are_refused(wrong: dict, message: str) -> None:
     with unchecked(), pytest.raises(SettingError, match=message):
         Goal(**wrong)
+
+
+def test_lanes_may_be_numbers_of_numpy() -> None:
+    with unchecked():
+        for lanes, expected in ((np.int64(1), (1,)), (np.array([1]), (1,)), (np.array([0, 1]), (0, 1)), ((), ())):
+            assert Goal(lanes=lanes).any_lane == expected  # pyright: ignore[reportArgumentType]
 
 
 def test_a_place_may_be_reached_at_any_time_from_some_on() -> None:

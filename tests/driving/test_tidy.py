@@ -47,7 +47,10 @@ def test_sets_of_places_are_told_as_boxes_that_grow(tmp_path: Path) -> None:
     for moment in (0, 1, 5, 9):
         (x, y, speed, heading), size = found.others(moment)[100]
         assert (x, y) == pytest.approx(tuple(on_map(np.array([90.0 + 1.4 * moment]), -1.75)[0]), abs=0.01)
-        assert (speed, heading) == (pytest.approx(14.0, abs=0.05), pytest.approx(TURN + 90 / RADIUS, abs=1e-4))
+        assert (speed, heading) == (
+            pytest.approx(14.0, abs=0.05),
+            pytest.approx(TURN + (90 + 1.4 * moment) / RADIUS, abs=0.01),
+        )
         assert size == pytest.approx((6.0, 2.0 + 0.1 * moment) if moment else (4.6, 1.9), abs=0.1)
     assert found.others(10) == {}
 
@@ -66,7 +69,7 @@ UNKNOWN = {
     "one twice": (ONE.replace(states_of(ONE)[4], 2 * states_of(ONE)[4]), "100 has a state too many at time step 5"),
     "a gap in sets": (
         in_sets(ONE, range(1, 5), range(6, 10)),
-        "100 has no set of places at time step 5, but a later one",
+        "100 has no state at time step 5, but at 6",
     ),
 }
 
@@ -76,6 +79,29 @@ def test_who_is_not_known_at_every_time_step_is_refused(case: str, tmp_path: Pat
     traffic, problem = UNKNOWN[case]
     found = read(written(tmp_path, goal(), traffic=traffic))
     assert isinstance(found, RecordingError) and f"planning problem 7: obstacle {problem}" in str(found)
+
+
+def test_sets_of_places_are_told_along_their_way_and_long_ones_in_parts(tmp_path: Path) -> None:
+    """At 14 m/s along the road, which bends, for 7 s; and a set of 150 m."""
+    found = read(written(tmp_path, goal(), traffic=in_sets(ONE, range(1, 61))))
+    assert isinstance(found, PlanningProblem)
+    (*_, speed, heading), _ = found.others(60)[100]
+    assert (speed, heading) == (pytest.approx(14.0, abs=0.1), pytest.approx(TURN + 172.0 / RADIUS, abs=0.005))
+    found = read(written(tmp_path, goal(), traffic=in_sets(ONE, range(1, 9), length=150.0)))
+    assert isinstance(found, PlanningProblem)
+    parts = found.others(8)
+    assert [size[0] for _, size in parts.values()] == pytest.approx([150 / 8] * 8, abs=0.1)
+    lons = sorted(float(found.road.to_road(*pose[:2])[0]) for pose, _ in parts.values())
+    assert np.diff(lons) == pytest.approx(150 / 8, abs=0.1)
+
+
+@pytest.mark.parametrize("named", ["<intervalStart>1</intervalStart><intervalEnd>2</intervalEnd>", "<exact>3</exact>"])
+def test_sets_of_places_for_intervals_or_twice_are_refused(named: str, tmp_path: Path) -> None:
+    traffic = in_sets(ONE, range(1, 9)).replace(
+        "<time><exact>2</exact></time></occupancy>", f"<time>{named}</time></occupancy>"
+    )
+    found = read(written(tmp_path, goal(), traffic=traffic))
+    assert isinstance(found, RecordingError) and "obstacle 100 has " in str(found) and "Error:" not in str(found)
 
 
 @pytest.mark.parametrize("length", [0.0, float("nan"), -1.0, 1e9])

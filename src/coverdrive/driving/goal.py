@@ -23,8 +23,8 @@ _INSIDE, _IN_TIME = 0.7, 0.5
 _STANDING, _TO_REST = 1.0, 1.0
 """[m/s] below which a speed is as good as none, and [s] before the end of a time when one aims to stand: the last bit
 of speed goes slowly, as brakes are let go without a jerk, and who stands early stands in time, too"""
-_ARRIVALS, _APART = 21, 0.1
-"""arrivals that are looked at, and [s] between two of them where the time is wide"""
+_ARRIVALS, _APART, _MOST_ARRIVALS = 21, 0.1, 400
+"""arrivals that are looked at, [s] between two of them where the time is wide, and how many these are at the most"""
 _LONGEST = 600.0
 """[s] from the first arrival to the last that is looked at: the time may be without end"""
 _MIDDLE, _MARGIN = 0.05, 10.0
@@ -76,8 +76,10 @@ class Goal:
             interval = getattr(self, name)
             if interval is not None and not _is_interval(interval):
                 raise SettingError(f"the {name} of a goal is {interval}; expected its least and its largest value")
-        if self.lanes != ():
+        if not (isinstance(self.lanes, tuple) and not self.lanes):
             wholes("the lanes of a goal", self.lanes)
+        if self.time is not None and not np.isfinite(self.time[0]):
+            raise SettingError(f"the time of a goal is {self.time}; expected one that begins")
         if self.lat is not None:
             finite("the lat of a goal", self.lat)
 
@@ -177,7 +179,7 @@ class Goal:
         latest = max(end - inside, end / 2, _SOONEST)
         soonest = min(max(self.time[0] - time + inside, _SOONEST), latest)
         wide = (latest - soonest) / 2
-        arrivals = _ARRIVALS if wide <= _MARGIN else round(2 * wide / _APART)
+        arrivals = _ARRIVALS if wide <= _MARGIN else min(round(2 * wide / _APART), _MOST_ARRIVALS)
         arrival, speed = np.linspace(soonest, latest, arrivals), float(state[2])
         inside = min((fastest - slowest) / 4, _INSIDE)
         slowest, fastest = slowest + inside, fastest - inside

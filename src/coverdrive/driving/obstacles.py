@@ -17,6 +17,7 @@ from shapely.ops import unary_union
 from coverdrive.driving.perception import Told
 from coverdrive.errors import DataError
 from coverdrive.geometry import body_corners, boxes_overlap
+from coverdrive.recordings.checks import FASTEST
 from coverdrive.recordings.files.scenario import has_sets, is_vehicle, numbers_of, states_of
 from coverdrive.recordings.tracks.repair import VERGE
 from coverdrive.road import Road
@@ -27,6 +28,8 @@ _LONG = 20.0
 """[m] standing obstacles that are longer, as walls and guard rails are, are told in pieces of at most this length"""
 _SOON, _FAR = 1.0, 5.0
 """[s] before a vehicle comes to the road at which it is told of, and [m] that it is away at the most"""
+_STEPS, _TELLING = 5, 0.25
+"""time steps over which the motion of sets is looked at, and [m] of a way from which on it says where that leads"""
 _MOTION = ("velocity", "orientation")
 _COLUMNS = ("vehicle", "time", "lon", "lat", "speed", "heading", "length", "width")
 
@@ -44,19 +47,34 @@ def begins_in(obstacle: Any, other: Any, dt: float) -> bool:
 def told_at(obstacle: Any, step: int, dt: float) -> Told | None:
     """Where a moving obstacle is at a time step of dt [s]; None if it is not there, errors as of `told`.
 
-    If that is in sets of places, it is a box around all, along its first heading, as fast as the middle has moved.
+    If that is in sets of places, it is a box around all, as fast as their middle moves and along its way, or as at
+    first where that is too short to tell.
     """
     first = obstacle.initial_state
-    if not has_sets(obstacle) or step <= first.time_step:
+    if not has_sets(obstacle) or step == first.time_step:
         state = obstacle.state_at_time(step)
         return None if state is None else told(state, obstacle.obstacle_shape)
-    if (there := obstacle.occupancy_at_time(step)) is None:
+    there = obstacle.occupancy_at_time(step) if step > first.time_step else None
+    if there is None:
         return None
-    heading = float(np.mean(numbers_of(first.orientation)))
-    places = [get_coordinates(shape_of(each.shape)) for each in (there, obstacle.occupancy_at_time(step - 1))]
-    (place, size), (before, _) = (_box_around(each @ _turned(-heading), heading) for each in places)
-    speed = float((place - before) @ (np.cos(heading), np.sin(heading))) / dt
+    speed, heading = (float(np.mean(numbers_of(getattr(first, name)))) for name in _MOTION)
+    area, known = shape_of(there.shape), range(max(first.time_step, step - _STEPS), step)
+    before = next(((each, place) for each in known if (place := obstacle.occupancy_at_time(each)) is not None), None)
+    if before is not None:
+        way = get_coordinates(area.centroid)[0] - get_coordinates(shape_of(before[1].shape).centroid)[0]
+        speed = min(float(np.hypot(*way)) / (dt * (step - before[0])), FASTEST)
+        if np.hypot(*way) > _TELLING:
+            heading = float(np.arctan2(way[1], way[0]))
+    place, size = _box_around(get_coordinates(area) @ _turned(-heading), heading)
     return (*place, speed, heading), size
+
+
+def cut(whole: Told) -> list[Told]:
+    """A box in parts along it, each of a length that can be told."""
+    (x, y, *motion), (length, width) = whole
+    count, heading = max(1, ceil(length / _LONG)), motion[-1]
+    along = (np.arange(count) - (count - 1) / 2) * length / count
+    return [((x + d * np.cos(heading), y + d * np.sin(heading), *motion), (length / count, width)) for d in along]
 
 
 def told(state: Any, shape: Any) -> Told:

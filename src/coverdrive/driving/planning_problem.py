@@ -15,14 +15,14 @@ from shapely.geometry.base import BaseGeometry
 from shapely.ops import unary_union
 
 from coverdrive.driving.goal import Goal, Interval
-from coverdrive.driving.obstacles import begins_in, come_near, pieces, shape_of, told_at, tracks_of
+from coverdrive.driving.obstacles import begins_in, come_near, cut, pieces, shape_of, told_at, tracks_of
 from coverdrive.driving.perception import Told
 from coverdrive.driving.route import drawn_near, farthest, route
 from coverdrive.driving.tidy import in_order, refuse_unknown, with_narrow_headings
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.checks import check_vehicles
 from coverdrive.recordings.files.boundary import naming
-from coverdrive.recordings.files.scenario import check_problem, open_scenario
+from coverdrive.recordings.files.scenario import check_problem, has_sets, open_scenario
 from coverdrive.recordings.formats.commonroad import speed_limit
 from coverdrive.recordings.roads.border import lanes_along_border
 from coverdrive.recordings.roads.drawn_road import TOUCHING, DrawnLane
@@ -66,14 +66,16 @@ class PlanningProblem:
     @property
     def last(self) -> int:
         """Time step after which the goal can no longer be reached."""
-        return max(int(_interval(state.time_step)[1]) for state in self.problem.goal.state_list)
+        return max(int(_interval(state.time_step)[1]) for state, _ in self.goals)
 
     def others(self, moment: int) -> dict[Hashable, Told]:
         """The vehicles on the road at a time step, and the obstacles: state and size by their numbers."""
         seen = dict[Hashable, Told]()
         for obstacle in self.scenario.dynamic_obstacles:
-            if (there := told_at(obstacle, moment, float(self.scenario.dt))) is not None:
-                seen[int(obstacle.obstacle_id)] = there
+            number, there = int(obstacle.obstacle_id), told_at(obstacle, moment, float(self.scenario.dt))
+            if there is not None:
+                parts = cut(there) if has_sets(obstacle) else [there]
+                seen |= {f"{number}, piece {k + 1}" if k else number: part for k, part in enumerate(parts)}
         if not seen:
             return dict(self._standing)
         there = come_near(*_arrays(seen.values()), self.road)

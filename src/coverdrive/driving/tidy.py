@@ -37,13 +37,15 @@ def refuse_unknown(scenario: Any) -> None:
         if obstacle.prediction is None:
             continue
         if has_sets(obstacle):
-            for step in range(first + 1, int(obstacle.prediction.final_time_step)):
-                if obstacle.occupancy_at_time(step) is None:
-                    problem = f"{name} has no set of places at time step {step}, but a later one"
-                    raise DataError(f"{problem}; expected one at every time step, give it those that are missing")
-            continue
-        steps = [state.time_step for state in obstacle.prediction.trajectory.state_list]
-        for before, after in pairwise([first, *steps[steps[0] == first :]]):
+            steps = sorted(
+                each.time_step for each in obstacle.prediction.occupancy_set if hasattr(each.time_step, "real")
+            )
+            if len(steps) < len(obstacle.prediction.occupancy_set):
+                problem = f"{name} has sets of places for intervals of time"
+                raise DataError(f"{problem}; expected one for each time step, give it these")
+        else:
+            steps = [state.time_step for state in obstacle.prediction.trajectory.state_list]
+        for before, after in pairwise([first, *steps[steps[:1] == [first] :]]):
             if after > before + 1:
                 problem = f"{name} has no state at time step {before + 1}, but at {after}"
                 raise DataError(f"{problem}; expected one at every time step, give it those that are missing")

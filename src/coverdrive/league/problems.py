@@ -27,6 +27,7 @@ from coverdrive.league.fiss import FISS
 from coverdrive.league.fiss import drive as drive_fiss
 from coverdrive.plan import Planner
 from coverdrive.progress import heard_by
+from coverdrive.recordings.files.scenario import scenarios_in
 from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.measures.trial import SCHEMA, Row, measure, unstarted
 from coverdrive.simulation.studies.setup import described, identity, made
@@ -86,8 +87,7 @@ def problems_of(world: str) -> Problems:
         raise MissingExtraError(f"{world} needs the CommonRoad drivability checker; install it with `{_CHECKER}`")
     kind, _, paths = world.partition(":")
     found = [Path(file) for each in paths.split(",") for file in sorted(glob(each)) or [each]]  # noqa: PTH207
-    files = [file for each in found for file in (sorted(each.glob("*.xml")) if each.is_dir() else [each])]
-    places = tuple((file, number) for file in dict.fromkeys(files) for number in sorted(_numbers(file)))
+    places = tuple((file, number) for file in scenarios_in(found) for number in sorted(_numbers(file)))
     if not places:
         raise DataError(f"{world} names no planning problems; expected scenarios or folders, as in {kind}:scenarios/")
     return Problems(MODELS[kind], places)

@@ -253,10 +253,20 @@ def test_less_harm_is_expected_of_what_is_hardly_touched_beyond_the_end(straight
     paths = straight_paths((60 + 4.8 + 10 - 15, 1.8 + 1.9 - depth, 5))
     got = evaluated(whole(np.zeros((STEPS, 2))), around(np.array([0, 1.8, 20.0, 0]), paths))
     assert got.harm[0] > 0
-    near, touched, slower = ((5 + np.sqrt(225 - 16 * gap)) ** 4 for gap in (9.95, 10.0, 10.15))
-    assert got.harm[0] * (0.69 * touched + 0.01 * near + 0.3 * deep * slower) == pytest.approx(
-        got.expected[0] * (0.99 * touched + 0.01 * near)
-    )
+    slower = (5 + np.sqrt(225 - 16 * 10.15)) / (5 + np.sqrt(225 - 16 * 10))
+    assert got.expected[0] == pytest.approx((0.7 + 0.3 * deep * slower**4) * got.harm[0])
+
+
+@pytest.mark.parametrize("speed", [5.0, 15.0])
+def test_the_nearer_who_is_met_beyond_the_end_the_more_harm(straight_paths, speed: float) -> None:
+    """The ego ends a plan at 20 m/s, from 10 m to a centimetre behind somebody who is slower."""
+    harms = []
+    for gap in (10.0, 1.0, 0.06, 0.04, 0.01):
+        paths = straight_paths((60 + 4.8 + gap - 3 * speed, 1.8, speed))
+        got = evaluated(whole(np.zeros((STEPS, 2))), around(np.array([0, 1.8, 20.0, 0]), paths))
+        assert not got.clear[0] or gap == 10.0
+        harms.append(float(got.harm[0]))
+    assert harms == sorted(harms) and harms[-1] > harms[0] and harms[1] > 0
 
 
 @pytest.mark.parametrize(("gap", "counts"), [(0.06, False), (0.04, True)])

@@ -64,6 +64,17 @@ def test_copies_are_found_where_each_speed_is_held_for_several_rows(rows: int, l
     assert pairs_of(raw_of(held), raw_of(held[2:, 40 + later :], first_vehicle=500), raw_of(speeds(1))) == [(0, 1)]
 
 
+def test_rounded_copies_are_found_at_50_hz():
+    for seed in range(4):
+        fine = np.repeat(3 * speeds(seed, moments=80), 5, axis=1)
+        fine = np.apply_along_axis(lambda row: np.convolve(row, np.ones(5) / 5, "valid"), 1, fine)
+        copies = [raw_of(fine), raw_of(np.round(fine, 2))]
+        shared = shared_vehicles(
+            copies, [number + 0 * each.vehicle for number, each in enumerate(copies)], [0, 1], [0.02] * 2
+        )
+        assert group_pairs(shared) == [(0, 1)]
+
+
 def test_different_traffic_is_kept_apart():
     assert pairs_of(*(raw_of(speeds(seed, vehicles=20)) for seed in range(6))) == []
 

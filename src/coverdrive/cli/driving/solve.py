@@ -12,6 +12,7 @@ from coverdrive.cli.shared.bars import stages, waiting
 from coverdrive.cli.shared.options import console, experiment_in, experiment_of, processes
 from coverdrive.errors import DataError, SettingError
 from coverdrive.progress import stage
+from coverdrive.recordings.files.scenario import scenarios_in
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
@@ -71,10 +72,7 @@ def solve(
     - with a predictor that there is, which has not seen them: `coverdrive solve scenarios/ --predictor us101`
     - none has seen its own scene: `coverdrive solve scenarios/ --recording scenarios/ --leave-one-out`
     """
-    named = dict[Path, Path]()  # each file once, by the first of its names
-    for file in (file for each in scenario for file in (_scenarios(each) if each.is_dir() else [each])):
-        named.setdefault(file.resolve(), file)
-    files = list(named.values())
+    files = scenarios_in(scenario)
     if not files:
         raise DataError("there is nothing to solve; name a scenario or a folder, as in `coverdrive solve scenarios/`")
     for file in files:
@@ -101,10 +99,6 @@ def solve(
     console.print(f"Solutions and solved.csv are in {out}")
     undriven = [row["reason"] for row in found if row["time"] is None]
     return {"solutions": str(out), "problems": found, "undriven": undriven}
-
-
-def _scenarios(folder: Path) -> list[Path]:
-    return sorted(file for file in folder.iterdir() if file.suffix.lower() == ".xml")
 
 
 def _draw(folder: Path, drive: "Drive", scenario: str) -> str:

@@ -65,7 +65,8 @@ class Plans(NamedTuple):
     """[m/s] relative speed at the first contact of the fail-safe branch with a box, of the worst box; 0 without one"""
     harm: Float[np.ndarray, " m"]
     """of the first contacts of the fail-safe branch with every member: the fourth power of their speed, so that the
-    worst one decides, times their likelihood, less from behind, at the rim of a box, and later, thus less certain"""
+    worst one decides, times their likelihood, less from behind, at the rim of a box, and later, thus less certain; of
+    evasions that are steered anew at every plan, as if they were"""
     expected: Float[np.ndarray, " m"]
     """the same, but less where a body is hardly touched: the next plans may still avoid that"""
     departure: Float[np.ndarray, " m"]
@@ -244,7 +245,7 @@ def first_contact(
                 speed = impact(state, applied, share, boxes, k, slot, constants.dt)
                 return k + share, -speed if behind else speed
     end = state_at(states, constants.steps, states[0])
-    speed = impact_beyond(end, reach(end, deep, constants.vehicle), boxes, slot, constants.vehicle.braking)
+    speed = impact_beyond(end, reach(end, max(deep, 0.0), constants.vehicle), boxes, slot, constants.vehicle.braking)
     return (float(constants.steps) if speed >= 0 else np.inf), speed
 
 

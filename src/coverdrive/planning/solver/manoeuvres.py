@@ -79,7 +79,7 @@ def write_manoeuvre(
                 now, elapsed = before, dt
             applied[k, 0], applied[k, 1] = applied[k, 0] + before[0] / parts, applied[k, 1] + before[1] / parts
         write(states[k], state)
-        if k + 1 == constants.held:
+        if k + 1 == constants.held > 1:
             hold(applied, states, around, constants)
             before, state = input_at(applied, k, around.previous_input), state_at(states, k, around.state)
     for n in range(len(tree.parent)):

@@ -41,6 +41,16 @@ STATED = "orientation", "position", "time", "velocity"
 """of every initial state, but for the velocity of what stands; commonroad-io takes 0 for what is missing"""
 
 
+def scenarios_in(paths: Iterable[Path]) -> list[Path]:
+    """Files, and those in folders that are scenarios by their suffix; each once, by the first of its names."""
+    named = dict[Path, Path]()
+    for path in paths:
+        found = sorted(each for each in path.iterdir() if each.suffix.lower() == ".xml") if path.is_dir() else [path]
+        for file in found:
+            named.setdefault(file.resolve(), file)
+    return list(named.values())
+
+
 def open_scenario(file: Path) -> tuple[Any, Any]:
     """The scenario and its planning problems as commonroad-io reads them, without its warnings, and checked.
 

@@ -34,6 +34,9 @@ LONE = 30
 SMOOTH = 3
 """Degree of polynomials in time that smooth speeds follow"""
 
+FEW = 0.7
+"""Share of rows with a new speed below which speeds are taken to be held"""
+
 COMMON = 50
 """Runs that occur more often are not telling"""
 
@@ -60,7 +63,8 @@ def shared_vehicles(
         return pl.DataFrame(schema=SHARED)
     every = [math.ceil(SPACING / step - 0.01) for step in steps]
     ordered = [_ordered(track, group) for track, group in zip(tracks, groups, strict=True)]
-    runs = pl.concat([_runs(table, number, every[number]) for number, table in enumerate(ordered)])
+    tables = [(number, each) for number, table in enumerate(ordered) for each in (table, _without_held(table))]
+    runs = pl.concat([_runs(table, number, every[number]) for number, table in tables])
     runs = runs.join(pl.DataFrame({"recording": range(len(files)), "file": files}), on="recording")
     runs = runs.filter(pl.len().over("key") <= COMMON, pl.col("file").n_unique().over("key") > 1)
     matches = (
@@ -87,13 +91,16 @@ def _ordered(track: RawTracks, group: Int[np.ndarray, " R"]) -> pl.DataFrame:
     return table.unique(["vehicle", "moment"], keep="first", maintain_order=True).sort("vehicle", "moment")
 
 
-def _runs(table: pl.DataFrame, number: int, every: int) -> pl.DataFrame:
-    """A key of every run of successive, mostly different speeds, with its vehicle and first moment.
-
-    Speeds that are held, as those of 0.2 s are in rows every 0.1 s, are taken once.
-    """
+def _without_held(table: pl.DataFrame) -> pl.DataFrame:
+    """The first rows of speeds that are held, as those of 0.2 s are in rows every 0.1 s; none where few are."""
     held = (pl.col("speed") == pl.col("speed").shift()) & (pl.col("vehicle") == pl.col("vehicle").shift())
-    table, whole = table.filter(~held.fill_null(False)), every * (RUN - 1)
+    left = table.filter(~held.fill_null(False))
+    return left if len(left) < FEW * len(table) else table.clear()
+
+
+def _runs(table: pl.DataFrame, number: int, every: int) -> pl.DataFrame:
+    """A key of every run of successive, mostly different speeds, with its vehicle and first moment."""
+    whole = every * (RUN - 1)
     vehicle, moment = table["vehicle"].to_numpy(), table["moment"].to_numpy()
     rounded = np.rint(table["speed"].to_numpy() / STEP).astype(np.int64)
     count = max(0, len(rounded) - whole)
