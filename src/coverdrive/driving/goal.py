@@ -23,10 +23,10 @@ _INSIDE, _IN_TIME = 0.7, 0.5
 _STANDING, _TO_REST = 1.0, 1.0
 """[m/s] below which a speed is as good as none, and [s] before the end of a time when one aims to stand: the last bit
 of speed goes slowly, as brakes are let go without a jerk, and who stands early stands in time, too"""
-_ARRIVALS, _APART, _MOST_ARRIVALS = 21, 0.1, 400
-"""arrivals that are looked at, [s] between two of them where the time is wide, and how many these are at the most"""
-_LONGEST = 600.0
-"""[s] from the first arrival to the last that is looked at: the time may be without end"""
+_ARRIVALS, _APART = 21, 0.1
+"""arrivals that are looked at, and [s] between two of them where the time is wide"""
+_LONGEST = 120.0
+"""[s] from the first arrival to the last that is looked at where the time is without end"""
 _MIDDLE, _MARGIN = 0.05, 10.0
 """[m²/s⁵] cost of an arrival away from the middle of the time that is allowed, and [s] on both sides of the middle in
 which times are narrow: of wider ones it is a middle part, and the wider, the more of it"""
@@ -175,11 +175,11 @@ class Goal:
         spare = min((farthest - nearest) / 2, _SPARE)
         slowest, fastest = self.speed or (0.0, np.inf)
         inside = _TO_REST if self._stands else min((self.time[1] - self.time[0]) / 4, _IN_TIME)
-        end = min(self.time[1] - time, max(self.time[0] - time, 0.0) + _LONGEST)
+        end = self.time[1] - time if np.isfinite(self.time[1]) else max(self.time[0] - time, 0.0) + _LONGEST
         latest = max(end - inside, end / 2, _SOONEST)
         soonest = min(max(self.time[0] - time + inside, _SOONEST), latest)
         wide = (latest - soonest) / 2
-        arrivals = _ARRIVALS if wide <= _MARGIN else min(round(2 * wide / _APART), _MOST_ARRIVALS)
+        arrivals = _ARRIVALS if wide <= _MARGIN else round(2 * wide / _APART)
         arrival, speed = np.linspace(soonest, latest, arrivals), float(state[2])
         inside = min((fastest - slowest) / 4, _INSIDE)
         slowest, fastest = slowest + inside, fastest - inside

@@ -18,7 +18,7 @@ from coverdrive.driving.perception import Told
 from coverdrive.errors import DataError
 from coverdrive.geometry import body_corners, boxes_overlap
 from coverdrive.recordings.checks import FASTEST
-from coverdrive.recordings.files.scenario import has_sets, is_vehicle, numbers_of, states_of
+from coverdrive.recordings.files.scenario import has_sets, is_vehicle, numbers_of, sets_of, states_of
 from coverdrive.recordings.tracks.repair import VERGE
 from coverdrive.road import Road
 
@@ -54,17 +54,17 @@ def told_at(obstacle: Any, step: int, dt: float) -> Told | None:
     if not has_sets(obstacle) or step == first.time_step:
         state = obstacle.state_at_time(step)
         return None if state is None else told(state, obstacle.obstacle_shape)
-    there = obstacle.occupancy_at_time(step) if step > first.time_step else None
-    if there is None:
+    known = [(when, shape) for when, shape in sets_of(obstacle) if isinstance(when, int)]
+    sets = {when: shape_of(shape) for when, shape in known if step - _STEPS <= when <= step}
+    if step not in sets:
         return None
+    area, before = sets[step], min(sets)
     speed, heading = (float(np.mean(numbers_of(getattr(first, name)))) for name in _MOTION)
-    area, known = shape_of(there.shape), range(max(first.time_step, step - _STEPS), step)
-    before = next(((each, place) for each in known if (place := obstacle.occupancy_at_time(each)) is not None), None)
-    if before is not None:
-        way = get_coordinates(area.centroid)[0] - get_coordinates(shape_of(before[1].shape).centroid)[0]
-        speed = min(float(np.hypot(*way)) / (dt * (step - before[0])), FASTEST)
-        if np.hypot(*way) > _TELLING:
-            heading = float(np.arctan2(way[1], way[0]))
+    way = get_coordinates(area.centroid)[0] - get_coordinates(sets[before].centroid)[0]
+    if before < step:
+        speed = min(float(np.hypot(*way)) / (dt * (step - before)), FASTEST)
+    if np.hypot(*way) > _TELLING:
+        heading = float(np.arctan2(way[1], way[0]))
     place, size = _box_around(get_coordinates(area) @ _turned(-heading), heading)
     return (*place, speed, heading), size
 

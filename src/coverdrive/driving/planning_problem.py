@@ -66,7 +66,7 @@ class PlanningProblem:
     @property
     def last(self) -> int:
         """Time step after which the goal can no longer be reached."""
-        return max(int(_interval(state.time_step)[1]) for state, _ in self.goals)
+        return max(int(_interval(state.time_step)[1]) for state in self.problem.goal.state_list)
 
     def others(self, moment: int) -> dict[Hashable, Told]:
         """The vehicles on the road at a time step, and the obstacles: state and size by their numbers."""

@@ -12,7 +12,7 @@ from commonroad.planning.goal import GoalRegion
 from commonroad.scenario.trajectory import Trajectory
 
 from coverdrive.errors import DataError
-from coverdrive.recordings.files.scenario import has_sets
+from coverdrive.recordings.files.scenario import has_sets, sets_of
 
 _WIDEST = 3.0
 """[rad] commonroad-io tells angles apart that differ by less than half a turn"""
@@ -37,10 +37,9 @@ def refuse_unknown(scenario: Any) -> None:
         if obstacle.prediction is None:
             continue
         if has_sets(obstacle):
-            steps = sorted(
-                each.time_step for each in obstacle.prediction.occupancy_set if hasattr(each.time_step, "real")
-            )
-            if len(steps) < len(obstacle.prediction.occupancy_set):
+            known = [step for step, _ in sets_of(obstacle)]
+            steps = sorted(step for step in known if isinstance(step, int))
+            if len(steps) < len(known):
                 problem = f"{name} has sets of places for intervals of time"
                 raise DataError(f"{problem}; expected one for each time step, give it these")
         else:

@@ -202,6 +202,13 @@ def has_sets(obstacle: Any) -> bool:
     return prediction is not None and not hasattr(prediction, "trajectory")
 
 
+def sets_of(obstacle: Any) -> list[tuple[Any, Any]]:
+    """Time steps of the sets of places of an obstacle, and their shapes, which versions of commonroad-io hold apart."""
+    if (listed := getattr(obstacle.prediction, "occupancy_set", None)) is not None:
+        return [(each.time_step, each.shape) for each in listed]
+    return list(obstacle.prediction.occupancies.items())
+
+
 def is_vehicle(obstacle: Any) -> bool:
     """Whether an obstacle is one of the vehicles of a motorway, and no other road user."""
     return obstacle.obstacle_type.value not in OTHERS
@@ -223,11 +230,9 @@ def _check_obstacle(file: Path, obstacle: Any) -> None:
                 least = "0 or more" if part == "time_step" else f"finite numbers below {FARTHEST:g}"
                 found = f"the {part} of {name} at time step {state.time_step} is {value}"
                 raise RecordingError(file, f"{found}; expected {least}, check the file or leave the obstacle out")
-    for each in obstacle.prediction.occupancy_set if has_sets(obstacle) else ():
-        if not (_are_numbers(each.time_step, 0.0) and _are_numbers(each.shape) and _has_size(each.shape)):
-            problem = (
-                f"a set of places of {name}, at time step {each.time_step}, has no extent or numbers that are none"
-            )
+    for step, shape in sets_of(obstacle) if has_sets(obstacle) else ():
+        if not (_are_numbers(step, 0.0) and _are_numbers(shape) and _has_size(shape)):
+            problem = f"a set of places of {name}, at time step {step}, has no extent or numbers that are none"
             expected = f"a time step of 0 or more, and a shape of finite numbers below {FARTHEST:g}"
             raise RecordingError(file, f"{problem}; expected {expected}, check the file or leave the obstacle out")
 
