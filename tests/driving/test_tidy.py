@@ -106,9 +106,10 @@ def test_sets_of_places_for_intervals_or_twice_are_refused(named: str, tmp_path:
 
 @pytest.mark.parametrize("length", [0.0, float("nan"), -1.0, 1e9])
 def test_sets_of_places_without_an_extent_are_refused(length: float, tmp_path: Path) -> None:
-    with pytest.raises(
-        RecordingError, match="a set of places of obstacle 100, at time step 1, has no extent or numbers"
-    ):
+    refused = "a set of places of obstacle 100, at time step 1, has no extent or numbers"
+    if np.isnan(length):
+        refused += "|cannot be read"  # by a newer commonroad-io itself
+    with pytest.raises(RecordingError, match=refused):
         read(written(tmp_path, goal(), traffic=in_sets(ONE, range(1, 9), length=length)))
 
 
