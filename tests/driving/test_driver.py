@@ -215,7 +215,7 @@ def test_a_place_may_be_reached_at_any_time_from_some_on() -> None:
 def test_bad_settings_are_refused() -> None:
     with unchecked(), pytest.raises(SettingError, match="smoothing: expected SmoothingSettings, got 'x'"):
         Driver(PREDICTOR, smoothing="x")  # pyright: ignore[reportArgumentType]
-    with unchecked(), pytest.raises(SettingError, match="scale: expected a number, got '1'"):
+    with unchecked(), pytest.raises(SettingError, match=r"scaled by a number between 0, .* got '1'"):
         checked_scale("1")  # pyright: ignore[reportArgumentType]
     for lanes, width in ((1.5, 3.6), (3, np.nan), (3, -1.0)):
         with unchecked(), pytest.raises(SettingError, match=r"lanes: expected a whole|width"):

@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import fields, replace
 from functools import cached_property
+from numbers import Real
 from pathlib import Path
 from typing import Any, Protocol, TypeVar, runtime_checkable
 
@@ -14,7 +15,7 @@ import jax
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
-from coverdrive.arguments import finite
+from coverdrive.arguments import shown
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.errors import SettingError
 from coverdrive.prediction.learning.affordance import FEATURES, MOTION, described_at
@@ -112,9 +113,9 @@ class StoredPredictor(ABC):
 
 def checked_scale(scale: float) -> float:
     """A scale λ of sets that makes sense; else a `SettingError`."""
-    if not 0 <= finite("scale", scale) <= LARGEST:
+    if not (isinstance(scale, Real) and 0 <= scale <= LARGEST):
         raise SettingError(
-            f"sets are scaled by a number between 0, the likeliest path alone, and {LARGEST:g}, got {scale}; 1 are "
+            f"sets are scaled by a number between 0, the likeliest path alone, and {LARGEST:g}, got {shown(scale)}; 1 are "
             "those that were calibrated"
         )
     return float(scale)

@@ -12,7 +12,6 @@ from coverdrive.cli.shared.bars import stages, waiting
 from coverdrive.cli.shared.options import console, experiment_in, experiment_of, processes
 from coverdrive.errors import DataError, SettingError
 from coverdrive.progress import stage
-from coverdrive.recordings.files.scenario import scenarios_in
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
@@ -72,6 +71,8 @@ def solve(
     - with a predictor that there is, which has not seen them: `coverdrive solve scenarios/ --predictor us101`
     - none has seen its own scene: `coverdrive solve scenarios/ --recording scenarios/ --leave-one-out`
     """
+    with waiting():
+        from coverdrive.recordings.files.scenario import scenarios_in
     files = scenarios_in(scenario)
     if not files:
         raise DataError("there is nothing to solve; name a scenario or a folder, as in `coverdrive solve scenarios/`")
