@@ -115,8 +115,8 @@ def checked_scale(scale: float) -> float:
     """A scale λ of sets that makes sense; else a `SettingError`."""
     if not (isinstance(scale, Real) and 0 <= scale <= LARGEST):
         raise SettingError(
-            f"sets are scaled by a number between 0, the likeliest path alone, and {LARGEST:g}, got {shown(scale)}; 1 are "
-            "those that were calibrated"
+            f"sets are scaled by a number between 0, the likeliest path alone, and {LARGEST:g}, got {shown(scale)}; "
+            "1 are those that were calibrated"
         )
     return float(scale)
 
