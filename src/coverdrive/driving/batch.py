@@ -137,9 +137,9 @@ def solve_all(
                 file, made_from = files[each["trial"]], made[each["trial"]]
                 taken = {row["solution"] or "" for other, rows in found.items() if other != file for row in rows}
                 written = _write_solution(each["benchmark"], each["text"], folder, taken) if each["text"] else None
-                about = {"file": file, "made_from": made_from}
-                driven = [written if row["time"] is not None else None for row in each["rows"]]
-                found[file] = [row | about | {"solution": own} for row, own in zip(each["rows"], driven, strict=True)]
+                found[file] = [row | {"file": file, "made_from": made_from} for row in each["rows"]]
+                for row in found[file]:
+                    row["solution"] = written if row["time"] is not None else None
                 table = pl.DataFrame([row for file in sorted(found) for row in found[file]], schema=SCHEMA)
                 write_atomically(folder / TABLE, table.write_csv)
                 done(number, len(scenarios))

@@ -76,7 +76,7 @@ class Goal:
             interval = getattr(self, name)
             if interval is not None and not _is_interval(interval):
                 raise SettingError(f"the {name} of a goal is {interval}; expected its least and its largest value")
-        if not (isinstance(self.lanes, tuple) and not self.lanes):
+        if np.size(self.lanes):
             wholes("the lanes of a goal", self.lanes)
         if self.time is not None and not np.isfinite(self.time[0]):
             raise SettingError(f"the time of a goal is {self.time}; expected one that begins")

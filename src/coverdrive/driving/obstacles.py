@@ -54,8 +54,8 @@ def told_at(obstacle: Any, step: int, dt: float) -> Told | None:
     if not has_sets(obstacle) or step == first.time_step:
         state = obstacle.state_at_time(step)
         return None if state is None else told(state, obstacle.obstacle_shape)
-    known = [(when, shape) for when, shape in sets_of(obstacle) if isinstance(when, int)]
-    sets = {when: shape_of(shape) for when, shape in known if step - _STEPS <= when <= step}
+    latest = range(step - _STEPS, step + 1)
+    sets = {when: shape_of(shape) for when, shape in sets_of(obstacle) if isinstance(when, int) and when in latest}
     if step not in sets:
         return None
     area, before = sets[step], min(sets)
