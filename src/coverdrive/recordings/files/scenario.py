@@ -76,10 +76,9 @@ def _parsed(file: Path, lines: dict[str, int]) -> tuple[Any, Any]:
         logger.setLevel(logging.CRITICAL)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            from commonroad.common.file_reader import CommonRoadFileReader
-            from commonroad.common.util import FileFormat
+            from commonroad.common.reader.file_reader_xml import XMLFileReader
 
-            return CommonRoadFileReader(file, FileFormat.XML).open()  # whatever its suffix
+            return XMLFileReader(file).open()
     except OSError:
         raise
     except Exception as error:  # commonroad-io raises whatever the malformed place happens to trigger
