@@ -10,7 +10,8 @@ from command import coverdrive
 from coverdrive.cli.learning.fit import Learning, fit
 from coverdrive.cli.shared.options import experiment_of
 from coverdrive.config import Experiment
-from coverdrive.errors import SettingError
+from coverdrive.errors import DataError, SettingError
+from coverdrive.locks import alone
 from coverdrive.prediction import fit as fitting
 from coverdrive.recordings.formats.parquet import write_parquet
 from coverdrive.recordings.recording import Recording
@@ -24,6 +25,12 @@ class SavedError(Exception):
 
     def __init__(self, experiment: Experiment, road: str, like: Place | None):
         self.experiment, self.road, self.like = experiment, road, like
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The results folder of a command that names none."""
+    monkeypatch.chdir(tmp_path)
 
 
 @pytest.fixture
@@ -55,6 +62,12 @@ def test_after_recordings_it_is_a_road_like_theirs(monkeypatch: pytest.MonkeyPat
     assert 10.0 < start.traffic_speed == found.like.initial.traffic_speed < 20.0
     assert found.experiment.planner.problem.cost.reference_speed == found.like.wanted_speed < 25.0
     assert found.experiment.study.vehicles == found.like.vehicles
+
+
+def test_two_do_not_learn_into_one_folder(monkeypatch: pytest.MonkeyPatch, recording: Path) -> None:
+    with alone("results"), pytest.raises(DataError, match="another process writes to results"):
+        saved(monkeypatch, recording=[recording])
+    saved(monkeypatch, recording=[recording])
 
 
 @pytest.mark.parametrize("options", [{"road": "paper"}, {"preset": "paper"}], ids=["road", "preset"])

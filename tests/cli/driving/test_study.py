@@ -35,6 +35,12 @@ def test_the_width_of_a_folder_does_not_end_replays(
     assert asked == [width, 0.2]
 
 
+def test_a_combination_of_settings_is_driven_once(quick_fit: Path) -> None:
+    swept = "study", quick_fit, "--set", "planner.problem.obstacles.order=2,4", "episode.duration=3,3.0"
+    complained = coverdrive(*swept, status=2)
+    assert "order=2,episode.duration=3 and" in complained and "episode.duration=3.0 are the same" in complained
+
+
 def test_a_study_that_went_on_proves_what_holds_at_any_time(tmp_path: Path) -> None:
     results: Any = SimpleNamespace(certified=SimpleNamespace(planned_against=()), dialled=None)
     for trials, limit in ((3, rate_limit(0.99, 0, 3)), (4, anytime_limit(0, 4, 0.99)), (4, anytime_limit(0, 4, 0.99))):

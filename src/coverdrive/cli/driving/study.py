@@ -3,6 +3,7 @@
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,6 +13,7 @@ from cyclopts.validators import Number
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
 from coverdrive.cli.shared.options import between, console, experiment_in, processes
+from coverdrive.errors import SettingError
 from coverdrive.progress import stage
 
 if TYPE_CHECKING:
@@ -149,6 +151,9 @@ def _sweep(
         from coverdrive.results import SWEEP
         from coverdrive.sweep import sweep
     variants = {name: experiment.updated(changes) for name, changes in sweep(settings).items()}
+    for (name, one), (other, another) in combinations(variants.items(), 2):
+        if one == another:
+            raise SettingError(f"{name} and {other} are the same settings; leave one of them out")
     results.check_replay({each.traffic.kind for each in variants.values()}, recording, road)
     studies = {name: results.study(each, recording, f"{SWEEP}/{name}") for name, each in variants.items()}
     for name, study in studies.items():

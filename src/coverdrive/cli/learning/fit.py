@@ -11,6 +11,7 @@ from cyclopts.validators import Number
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
 from coverdrive.cli.shared.options import console, experiment_of
+from coverdrive.locks import alone
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
@@ -129,8 +130,9 @@ def fit_and_print(learning: Learning, results: "Results", **parts: Any) -> "Fit"
             manners = like.manners.model_dump(exclude={"like"}) if like.manners else {}
             usual = place.parts if name == "recorded" else {"planner": {"manners": manners}}
             experiment = learning.experiment(road=named and named.parts, usual=usual, **parts)
-        result = fit(recordings, experiment.prediction, experiment.seed)
-        results.save_fit(experiment, result, name, like, recorded_near_misses(recordings) if like else None)
+        with alone(results.folder):
+            result = fit(recordings, experiment.prediction, experiment.seed)
+            results.save_fit(experiment, result, name, like, recorded_near_misses(recordings) if like else None)
     console.print(fit_table(result))
     for each in Certified.of(result).proofs:
         console.print(f"• {each.sentence}")
