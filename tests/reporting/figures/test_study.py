@@ -64,6 +64,7 @@ def test_without_a_collision_there_are_marks_intervals_and_counts():
     figure = collisions_figure(results((3, 2, 0, 0)))
     for points, bars, texts in zip(*(marks_of(figure.panels[0], kind) for kind in (Points, Bars, Texts)), strict=True):
         assert set(points.y) == {0} and points.colour == bars.colour == texts.colour
+        assert points.name == bars.name == texts.name  # shown and hidden together
         assert list(texts.text) == ["0"] and all(each.startswith("0 of 2 ") for each in points.hover)
         assert min(points.high) > 50
 

@@ -80,8 +80,8 @@ def _collisions(table: pl.DataFrame, kind: str, place: np.ndarray) -> list[Mark]
     ends = (low, high) if known else (None, None)
     paper = f"paper, {name}: {PAPER[kind]} of {PAPER_TRIALS}"
     return [
-        Bars(x=place, height=rate, width=_BAR, colour=colour, opacity=0.35),
         Points(x=place, y=rate, marker=marker, low=ends[0], high=ends[1], colour=colour, name=name, hover=hover),
+        Bars(x=place, height=rate, width=_BAR, colour=colour, opacity=0.35, name=name),
         Texts(
             x=place,
             y=high if known else rate,
@@ -89,6 +89,7 @@ def _collisions(table: pl.DataFrame, kind: str, place: np.ndarray) -> list[Mark]
             anchor="middle",
             above=2,
             colour=colour,
+            name=name,
         ),
         Rule(at=100 * PAPER[kind] / PAPER_TRIALS, axis="y", colour=colour, name=paper),
     ]
