@@ -20,7 +20,7 @@ from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.fits.learned import Learned
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.prediction.storage import fingerprint_of, load_arrays, save_arrays
+from coverdrive.prediction.storage import fingerprint_of, loaded, save_arrays
 
 BASES = 3
 
@@ -140,8 +140,8 @@ def test_a_better_bound_or_another_weight_is_refused(tmp_path: Path) -> None:
 def test_names_that_no_predictor_has_and_those_that_it_lacks(tmp_path: Path) -> None:
     predictor, path = made_predictor(), tmp_path / "predictor.safetensors"
     predictor.save(path)
-    header, arrays = load_arrays(path, "predictor", "a command")
-    lacking = {name: values for name, values in arrays.items() if name != "thresholds"}
+    with loaded(path, "predictor", "a command") as (header, arrays):
+        lacking = {name: values for name, values in arrays.items() if name != "thresholds"}
     narrow = arrays | {"basis": np.zeros((2, 7))}
     for other, given_arrays in (
         ({}, arrays),

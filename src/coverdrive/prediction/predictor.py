@@ -25,12 +25,11 @@ from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.cover.motion import add_bodies, follow
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import OwnNetwork
-from coverdrive.prediction.storage import fingerprint_of, load_arrays, reading
+from coverdrive.prediction.storage import fingerprint_of, loaded
 from coverdrive.prediction.stored import ALONE, StoredPredictor, TimeGrid, features_of, grid_of, others_of
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
-_COMMAND = "coverdrive fit"
 _LEAST = 1e-9
 """least of what a score may lack"""
 
@@ -192,8 +191,7 @@ class Predictor(StoredPredictor):
     def load(path: Path | str) -> "Predictor | BoxPredictor":
         """Read what `save` wrote; else raise `DataError`."""
         path = path_of("path", path)
-        header, arrays = load_arrays(path, "predictor", _COMMAND)
-        with reading(path, "predictor", _COMMAND):
+        with loaded(path, "predictor", "coverdrive fit") as (header, arrays):
             predictor = (
                 BoxPredictor.of(header, arrays)
                 if "boxes" in header

@@ -59,13 +59,14 @@ def _bytes_of(metadata: Mapping[str, str], arrays: Mapping[str, np.ndarray]) -> 
     return b"".join([struct.pack("<Q", len(head)), head, *(arrays[name].tobytes() for name in order)])
 
 
-def load_arrays(path: Path, kind: str, command: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+@contextmanager
+def loaded(path: Path, kind: str, command: str) -> Generator[tuple[dict[str, Any], dict[str, np.ndarray]]]:
     """The header and the arrays of a file of such a kind that `save_arrays` wrote, as users do with ``command``.
 
     Raises:
-        DataError: the file is missing, is no safetensors file, holds something else, or was changed.
+        DataError: the file is missing, is no safetensors file, holds something else, was changed, or the block raises.
     """
-    with reading(path, kind, command):
+    with _reading(path, kind, command):
         content = path.read_bytes()
         arrays = load(content)
         size = int.from_bytes(content[:8], "little")
@@ -73,16 +74,16 @@ def load_arrays(path: Path, kind: str, command: str) -> tuple[dict[str, Any], di
     found = metadata.pop("format", None)
     if found != _format(kind):
         raise DataError(f"{path}: expected the format {_format(kind)!r}, got {found!r}; make one with `{command}`")
-    with reading(path, kind, command):
+    with _reading(path, kind, command):
         kept = metadata.pop("fingerprint", None)
         header = {name: json.loads(value) for name, value in metadata.items()}
         if fingerprint_of(header, arrays) != kept:
             raise DataError("its content was changed after it was written")
-    return header, arrays
+        yield header, arrays
 
 
 @contextmanager
-def reading(path: Path, kind: str, command: str) -> Generator[None]:
+def _reading(path: Path, kind: str, command: str) -> Generator[None]:
     """Say of whatever goes wrong in the block, by a `DataError`, that the file is no such file."""
     try:
         yield

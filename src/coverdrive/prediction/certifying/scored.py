@@ -11,9 +11,8 @@ from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import OwnNetwork
 from coverdrive.prediction.learning.samples import Samples
 from coverdrive.prediction.predictor import AnyPredictor
-from coverdrive.prediction.storage import load_arrays, reading, save_arrays
+from coverdrive.prediction.storage import loaded, save_arrays
 
-_COMMAND = "coverdrive fit"
 _SIDES = ("train", "calibration", "test")
 
 
@@ -54,8 +53,7 @@ class ScoredSides:
     @staticmethod
     def load(path: Path, predictor: AnyPredictor) -> "ScoredSides":
         """Read what `save` wrote; else, or if they are not those of the predictor, raise `DataError`."""
-        header, arrays = load_arrays(path, "scores", _COMMAND)
-        with reading(path, "scores", _COMMAND):
+        with loaded(path, "scores", "coverdrive fit") as (header, arrays):
             names = [each.name for each in fields(ScoredSamples)]
             sides = (
                 ScoredSamples(**{name: arrays[f"{side}.{name}"] for name in names if f"{side}.{name}" in arrays})

@@ -22,7 +22,7 @@ from coverdrive.errors import DataError
 from coverdrive.prediction.cover.greedy import CAUTION, greedy_cover
 from coverdrive.prediction.data.parts import parts
 from coverdrive.prediction.data.segments import MIRROR, Segments
-from coverdrive.prediction.storage import load_arrays, reading, save_arrays
+from coverdrive.prediction.storage import loaded, save_arrays
 from coverdrive.settings import Settings
 
 _LEAST_REACH = 0.05
@@ -136,8 +136,7 @@ class Basis(eqx.Module):
     @staticmethod
     def load(path: Path) -> "Basis":
         """Read what `save` wrote; else raise `DataError`."""
-        header, arrays = load_arrays(path, "basis", "coverdrive basis")
-        with reading(path, "basis", "coverdrive basis"):
+        with loaded(path, "basis", "coverdrive basis") as (header, arrays):
             del header["source"]
             return Basis(**arrays, **header)
 

@@ -12,7 +12,7 @@ from scipy.special import expit, logit
 
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.prediction.fit import Fit
-from coverdrive.prediction.storage import load_arrays, reading, save_arrays
+from coverdrive.prediction.storage import loaded, save_arrays
 
 EDGES: Float[np.ndarray, " E"] = np.concatenate([[0.0], expit(np.linspace(logit(1e-6), logit(1 - 1e-3), 83)), [1.0]])
 """of the bins in which scores are counted: inner ones have equal log-odds, fine where thresholds lie, which give way by
@@ -63,8 +63,7 @@ class Learned:
     @staticmethod
     def load(path: Path) -> "Learned":
         """Read what `save` wrote; else raise `DataError`."""
-        _, arrays = load_arrays(path, "learned", "coverdrive fit")
-        with reading(path, "learned", "coverdrive fit"):
+        with loaded(path, "learned", "coverdrive fit") as (_, arrays):
             return Learned(**arrays)
 
 
