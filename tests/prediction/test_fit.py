@@ -108,7 +108,7 @@ def test_hyperplanes_are_stored_and_predict(hyperplanes: Predictor, fitted: Fit,
     scene, road = three_vehicles(), Road.straight()
     possible = loaded.possible(scene, road)
     features = affordance(scene, road.edges)
-    expected = hyperplanes.rule.possible(np.zeros(possible.shape), np.asarray(hyperplanes.network.hidden(features)))
+    expected = hyperplanes.rule.possible(*hyperplanes.network.scores_and_hidden(features))
     assert np.array_equal(possible, expected)
     paths = loaded.predict(scene, road, ego=0, dt=0.5, steps=6)
     foreseen = possible[1:] | ~possible[1:].any(1, keepdims=True)  # where nothing is possible, anything may happen

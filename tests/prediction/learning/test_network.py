@@ -33,7 +33,7 @@ def sigmoid(value: float) -> float:
 
 def test_members_are_averaged_after_the_sigmoid() -> None:
     network = small("sigmoid")
-    assert network.hidden(FEATURES_OF_ONE) == pytest.approx(np.array([[3.5]]))
+    assert network.scores_and_hidden(FEATURES_OF_ONE)[1] == pytest.approx(np.array([[3.5]]))
     expected = [(sigmoid(9.5) + 0.5) / 2, (sigmoid(3.5) + 0.5) / 2]
     assert network.scores(FEATURES_OF_ONE)[0] == pytest.approx(expected)
 
@@ -46,7 +46,7 @@ def test_softmax_and_prior() -> None:
 
 def test_rows_do_not_depend_on_each_other() -> None:
     features, network = np.random.default_rng(0).normal(size=(4, 21)).astype(np.float32), small("softmax", prior=0.2)
-    assert network.hidden(features).shape == (4, 1)
+    assert network.scores_and_hidden(features)[1].shape == (4, 1)
     one_by_one = np.concatenate([network.scores(row[None]) for row in features])
     assert network.scores(features) == pytest.approx(one_by_one, abs=1e-6)
 

@@ -90,19 +90,15 @@ class Network(eqx.Module):
         """Score of every base trajectory, in [0, 1]."""
         return self.scores_and_hidden(features)[0]
 
-    def hidden(self, features: Float[np.ndarray, "N F"]) -> Float32[np.ndarray, "N H"]:
-        """Values of the last hidden layer, of H neurons; of the first member, if there are several."""
-        return self.scores_and_hidden(features)[1]
-
     def scores_and_hidden(
         self, features: Float[np.ndarray, "N F"]
     ) -> tuple[Float32[np.ndarray, "N M"], Float32[np.ndarray, "N H"]]:
-        """Both at once."""
+        """The scores, and the values of the last hidden layer, of H neurons; of the first member of several."""
         scores, hidden = _scored(self, self.scaled(features))
         return np.asarray(scores), np.asarray(hidden)
 
     def scored(self, scaled: Float[Array | np.ndarray, "N I"]) -> tuple[Float[Array, "N M"], Float[Array, "N H"]]:
-        """The `scores` and the last `hidden` layer of what the first layer sees."""
+        """The same of what the first layer sees."""
         hidden = self._last_hidden(scaled)
         activate = jax.nn.softmax if self.output == "softmax" else jax.nn.sigmoid
         scores = activate(_affine(hidden, self.weights[-1], self.biases[-1])).mean(0)
