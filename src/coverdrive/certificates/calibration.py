@@ -179,10 +179,8 @@ class Calibration:
         return parts, owner
 
     def _design_effect(self, rule: Thresholds | None) -> float | None:
-        by = replace(self, kind="vehicle")
+        by, group = replace(self, kind="group").pieces
         missed = ~by.covered if rule is None else by.missed(rule)
-        group = np.zeros(len(by), dtype=np.int64)
-        group[by.unit] = np.unique(by.samples.scene, return_inverse=True)[1]
         count, rate = np.bincount(group), missed.mean()
         if len(count) < 2 or rate in (0, 1):
             return None
