@@ -30,6 +30,8 @@ def paper(
     - on recordings, too: `coverdrive paper --recording scenarios/ --out us101`
     """
     with waiting():
+        from polars import DataFrame
+
         from coverdrive.files import write_atomically
         from coverdrive.paper import shown as paper_tables
         from coverdrive.paper.shown import paper_figure
@@ -42,7 +44,7 @@ def paper(
     bounds = table_1_bounds()
     console.print(paper_tables.bounds_table(bounds))
     folder = out / "paper"
-    frames = {"table_1_bounds": paper_tables.bounds_frame(bounds)}
+    frames = {"table_1_bounds": DataFrame(bounds)}
     figures = {}
     for name, paths in sources.items():
         with stages():

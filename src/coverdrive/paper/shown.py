@@ -4,7 +4,6 @@ The curves are bounds and observed misses against N₂, and observed against nom
 """
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from typing import Any
 
 import polars as pl
@@ -79,11 +78,6 @@ def conformal_table(tables: PaperTables, name: str) -> Table:
 
 def _residuals(values: Residuals | None) -> str:
     return "–" if values is None else f"{values.average:.4f} {100 * values.observed.value:.3f}"
-
-
-def bounds_frame(rows: Sequence[Bounds]) -> pl.DataFrame:
-    """Table 1 of the paper, recomputed, one row for each N₂."""
-    return pl.DataFrame([asdict(row) for row in rows])
 
 
 def growth_frame(tables: PaperTables) -> pl.DataFrame:
