@@ -338,11 +338,6 @@ def proof_of(trials: pl.DataFrame, duration: float, anytime: bool = False, confi
     return Proof(_EVENTS["any"][0], int(hits.sum()), len(hits), bound, bound, confidence, method, _unit(duration))
 
 
-def said_of_replays(counted: str) -> str:
-    """What replays prove that were counted: nothing, as drives in one scene depend on each other."""
-    return f"{counted} touched anybody, which proves nothing of scenes other than those replayed"
-
-
 def said_of_dial(proved: Dialled | None, setup: Setup, most: int = 3) -> list[str]:
     """What was proved of drives with these sets, if anything, and in what the drives of a setup are others."""
     if proved is None:
