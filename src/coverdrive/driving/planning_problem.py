@@ -76,9 +76,7 @@ class PlanningProblem:
             if there is not None:
                 parts = cut(there) if has_sets(obstacle) else [there]
                 seen |= {f"{number}, piece {k + 1}" if k else number: part for k, part in enumerate(parts)}
-        if not seen:
-            return dict(self._standing)
-        there = come_near(*_arrays(seen.values()), self.road)
+        there = come_near(*_arrays(seen.values()), self.road) if seen else ()
         return self._standing | {name: seen[name] for name, comes in zip(seen, there, strict=True) if comes}
 
     @cached_property
@@ -95,7 +93,7 @@ class PlanningProblem:
 
     def lane_of(self, lon: float, lat: float) -> int:
         """The lane at a place on the road."""
-        return int(self.road.lane_at(np.array([lon]), np.array([lat]))[0])
+        return int(self.road.lane_at(lon, lat))
 
     def goal_from(self, lon: float, lat: float) -> Goal:
         """What the planner is asked for at a place on the road: the goal, but no change across a gap in the map."""
@@ -164,11 +162,10 @@ class PlanningProblem:
         centres = (centres[:-1] + centres[1:]) / 2
         inside = intersects_xy(shape, *self.road.to_map(np.full(len(centres), middle), centres))
         lanes = tuple(np.flatnonzero(inside & self.road.has_lane(middle)).tolist())
-        wide = lat[1] - lat[0] > 2 * _OFF_CENTRE
         if len(lanes) > 1 or (lanes and lat[0] + _OFF_CENTRE <= centres[lanes[0]] <= lat[1] - _OFF_CENTRE):
             return replace(goal, position=lon, lanes=lanes)
         lane = self.lane_of(middle, (lat[0] + lat[1]) / 2)
-        aside = _OFF_CENTRE if wide else (lat[1] - lat[0]) / 2
+        aside = min(_OFF_CENTRE, (lat[1] - lat[0]) / 2)
         place = float(np.clip(centres[lane], lat[0] + aside, lat[1] - aside))
         return replace(goal, position=lon, lanes=lane, lat=place)
 
@@ -210,8 +207,12 @@ class PlanningProblem:
                 self.file, f"planning problem {self.number}: {problem}; choose another planning problem"
             )
         start = float(self.road.to_road(*self.problem.initial_state.position)[0])
-        ways = [self._along(part) for part in parts]
-        return min(zip(parts, ways, strict=True), key=lambda each: _way(start, each[1]))[0]
+
+        def way(part: BaseGeometry) -> tuple[bool, float]:
+            first, last = self._along(part)
+            return last < start, max(first - start, start - last)
+
+        return min(parts, key=way)
 
     def _too_far(self, shape: BaseGeometry) -> str | None:
         """Why a shape cannot be reached in time although lanes lead there; None if it can, or for another reason."""
@@ -306,9 +307,9 @@ def _road_of(network: Any, problem: Any, dt: float) -> Road:
         """Find those that the start is on, up to one with enough of the goal."""
         for road in () if found and found[-1][0] > enough else roads:
             lon, lat = road.to_road(*start.position)
-            lane = road.lane_at(lon, lat)
+            lane, turned = road.lane_at(lon, lat), road.heading_to_road(lon, heading)
             edges = road.edges_at(lon)[lane : lane + 2]
-            if edges[0] <= lat <= edges[1] and 0 <= lon <= road.length and _along(road, lon, heading):
+            if edges[0] <= lat <= edges[1] and 0 <= lon <= road.length and abs(turned) < np.pi / 4:
                 surface = _surface_of(road)
                 share = max((_share(area, surface) for area in areas), default=1.0)
                 found.append((share, replace(road, speed_limit=limit)))
@@ -339,11 +340,6 @@ def _drawn(draws: Iterable[Callable[[list[DrawnLane]], Road]], lanes: list[Drawn
             yield draw(lanes)
 
 
-def _along(road: Road, lon: float, heading: float) -> bool:
-    """Whether a road leads in about a direction [rad] of the map at a position [m]."""
-    return bool(np.abs(road.heading_to_road(lon, heading)) < np.pi / 4)
-
-
 def _surface_of(road: Road) -> BaseGeometry:
     """All lanes of a road on the map."""
     lon = np.linspace(0.0, float(road.length), max(2, round(float(road.length) / 2)))
@@ -355,12 +351,6 @@ def _arrays(told: Iterable[Told]) -> tuple[Float[np.ndarray, "n 4"], Float[np.nd
     """States and sizes."""
     states, sizes = (np.array(each, dtype=float) for each in zip(*told, strict=True))
     return states, sizes
-
-
-def _way(start: float, along: Interval) -> tuple[bool, float]:
-    """Whether something is behind a start, and how far from it [m]."""
-    first, last = along
-    return last < start, max(first - start, start - last)
 
 
 def _interval(value: Any) -> Interval:
