@@ -48,6 +48,13 @@ def finite(name: str, value: Any) -> float:
     return float(value)
 
 
+def period_of(value: Any) -> float:
+    """[s] from one plan to the next: at least a millisecond, and at most a second."""
+    if not 0.001 <= finite("period", value) <= 1:
+        raise SettingError(f"the period between two steps is {value} s; expected at least 0.001 and at most 1 s")
+    return float(value)
+
+
 def path_of(name: str, value: Any, others: str = "") -> Path:
     """A path, given as such or by its name; ``others`` are what is taken, too, in words."""
     return Path(of_kind(name, value, (str, os.PathLike), f"{others}a path"))

@@ -151,6 +151,11 @@ def test_judged_bound_holds_where_the_number_of_support_samples_varies() -> None
     assert broken_with_fewer > stats.binom.ppf(0.999, repeats, 0.1)
 
 
+@pytest.mark.parametrize(("confidence", "samples"), [(1 - 1e-9, 1000), (1 - 1e-6, 100_000), (0.995, 3_000_000)])
+def test_judged_bound_of_nearly_all_samples(confidence: float, samples: int) -> None:
+    assert judged_bound(confidence, samples - 1, samples) > 0.999
+
+
 def test_intervals_of_the_papers_collisions() -> None:
     assert as_percent(list(clopper_pearson(7, 1000)), 2) == [0.28, 1.44]
     assert as_percent(list(clopper_pearson(20, 1000)), 2) == [1.23, 3.07]

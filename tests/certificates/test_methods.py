@@ -14,7 +14,7 @@ from certificates_fakes import Task, certify, conformal, post_bloat
 from coverdrive.certificates.calibration import Claim, ScoredSamples
 from coverdrive.certificates.certificate import Unit
 from coverdrive.certificates.evaluation import evaluate
-from coverdrive.certificates.methods import Method, provable_epsilon, rounded_up, smallest_epsilon
+from coverdrive.certificates.methods import Method, provable_epsilon, smallest_epsilon, to_two_digits
 from coverdrive.errors import CertificateError
 
 TUBE = 0.5
@@ -137,7 +137,7 @@ def test_no_method_proves_less_than_that_and_one_group_proves_that(method: Metho
         return True
 
     assert not proved(least * 0.99)
-    assert proved(rounded_up(least)) or (outside and "pooled" not in method)
+    assert proved(to_two_digits(least)) or (outside and "pooled" not in method)
 
 
 def test_post_bloating_computes_its_bound_and_may_prove_nothing() -> None:
@@ -171,4 +171,4 @@ def test_what_cannot_be_proved_is_refused_with_what_can() -> None:
 
 @pytest.mark.parametrize(("value", "rounded"), [(0.1021, 0.11), (0.1, 0.11), (0.25, 0.25), (0.0101, 0.011), (0.991, 1)])
 def test_rounding_up_to_two_digits(value: float, rounded: float) -> None:
-    assert rounded_up(value) == rounded >= value
+    assert to_two_digits(value) == rounded >= value

@@ -77,3 +77,20 @@ class Still:
         first = np.linspace(-9, most, 4001)
         reached = norm.pdf(first) * norm.sf((barrier * np.sqrt(6) - first) / np.sqrt(5))
         return float(np.trapezoid(reached, first)) / norm.cdf(most)
+
+
+class Patient:
+    """At moment 1 it draws until a number is above 0.95; its level is how often."""
+
+    def __init__(self, tape: Tape):
+        self.tape, self.level, self.over = tape, 0.0, False
+
+    def advance(self) -> None:
+        self.level, self.over = 1.0, True
+        while self.tape.random() <= 0.95:
+            self.level += 1
+
+    def copied(self, tape: Tape) -> "Patient":
+        other = copy.copy(self)
+        other.tape = tape
+        return other

@@ -19,6 +19,7 @@ from coverdrive.simulation.drives.episode import EpisodeSettings
 from coverdrive.simulation.studies.folder import StudyFolder
 from coverdrive.simulation.studies.setup import Setup
 from coverdrive.simulation.traffic.model import Start, TrafficStep
+from shape_checks import unchecked
 
 pytestmark = pytest.mark.usefixtures("uncollected")
 
@@ -267,13 +268,27 @@ def test_a_number_that_was_fixed_beforehand_is_not_raised_afterwards(tmp_path: P
         ({"scales": (float("nan"),)}, SettingError, "between 0"),
         ({"most": 5}, CertificateError, f"{drives_needed(0, 0.3, 0.9, anytime=True)} without any event would do"),
         ({"pilot": 0}, CertificateError, "at least 1 drive"),
+        ({"most": 0}, CertificateError, "at least 1 drive"),
+        ({"pilot": 2.5}, SettingError, "pilot: expected a whole number"),
+        ({"risk": "a"}, SettingError, "risk: expected a number, got 'a'"),
+        ({"scales": None}, SettingError, "between 0"),
+        ({"event": "collision"}, SettingError, "event: expected 'any' or 'own', got 'collision'"),
+        ({"procedure": "x"}, SettingError, "procedure: expected .*'Holm'"),
     ],
 )
 def test_bad_input_is_refused_before_anything_is_driven(changes, error, words, tmp_path: Path) -> None:
     before = Bold.driven
-    with pytest.raises(error, match=words):
+    with unchecked(), pytest.raises(error, match=words):
         dialled(SETUP, PREDICTOR, tmp_path, replace(REQUEST, **changes))
-    assert Bold.driven == before
+    assert Bold.driven == before and not (tmp_path / "request.json").exists()
+
+
+def test_scales_may_be_an_array_and_every_number_of_vehicles_is_driven_as_often() -> None:
+    with unchecked():
+        assert Request(scales=np.array([0.3, 0.4])).scales == (0.3, 0.4)  # pyright: ignore[reportArgumentType]
+    named = Request(risk=0.002, scales=(1.0,))
+    assert (named.dial(20.0).most, named.dial(20.0, turn=5).most) == (2301, 2305)
+    assert replace(named, most=2301).dial(20.0, turn=5).most == 2301
 
 
 def test_the_dial_of_the_package(tmp_path: Path) -> None:

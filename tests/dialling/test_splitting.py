@@ -4,7 +4,7 @@ from itertools import count
 import numpy as np
 import pytest
 from scipy.stats import norm
-from splitting_toys import Still, Walk
+from splitting_toys import Patient, Still, Walk
 
 from coverdrive.dialling import splitting
 from coverdrive.dialling.splitting import split
@@ -45,6 +45,12 @@ def test_it_finds_the_probability(name: str):
     found = estimates(start, barrier, 8, 40)
     assert apart(found, truth) < 3
     assert found.std() < truth
+
+
+@pytest.mark.slow
+def test_it_is_right_where_a_later_moment_draws_a_number_of_times_that_varies():
+    found = estimates(Patient, 120.0, 150, 40)
+    assert apart(found, 0.95**119) < 3
 
 
 @pytest.mark.slow

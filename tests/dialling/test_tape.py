@@ -72,7 +72,7 @@ def test_what_is_read_again_is_the_same():
     assert not np.array_equal(later.random(3), second)
 
 
-def test_only_the_last_calls_of_a_moment_change():
+def test_of_the_beginning_only_the_last_calls_change():
     of = tape()
     before = [of.random() for _ in range(20)]
     of.turn(1)
@@ -80,11 +80,21 @@ def test_only_the_last_calls_of_a_moment_change():
     after = [moved.random() for _ in range(20)]
     moved.turn(1)
     assert [one == other for one, other in zip(before, after, strict=True)] == [True] * 4 + [False] * 16
-    assert moved.reversible(of, 0)
+    assert moved.reversible(of)
     moved = of.nudged(1.0, 0.0, 1.0, np.random.default_rng(0))
     moved.random()
     moved.turn(1)
-    assert not moved.reversible(of, 0) and moved.calls(0) == 1
+    assert not moved.reversible(of) and moved.calls(0) == 1
+
+
+def test_of_what_comes_later_all_calls_change():
+    of = tape()
+    of.turn(1)
+    before = [of.random() for _ in range(20)]
+    of.turn(2)
+    moved = of.nudged(0.0, 1.0, 1.0, np.random.default_rng(0))
+    moved.turn(1)
+    assert all(moved.random() != each for each in before)
 
 
 @pytest.mark.parametrize(

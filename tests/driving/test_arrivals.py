@@ -9,6 +9,7 @@ from problem_fakes import TRAFFIC, between, box, goal, written
 from recordings_fakes import driving
 from simulation_fakes import FakeBasis, FakePredictor
 
+from coverdrive.driving.single_track import ModelName
 from coverdrive.driving.solved import solve
 from coverdrive.driving.solving import Drive
 
@@ -22,8 +23,8 @@ HARD = 4.0
 """[m/s²] of braking that is hard"""
 
 
-def solved(path: Path, predictor: FakePredictor = PREDICTOR) -> Drive:
-    (found,) = solve(path, predictor)
+def solved(path: Path, predictor: FakePredictor = PREDICTOR, model: ModelName = "KS") -> Drive:
+    (found,) = solve(path, predictor, model)
     assert found.row["solved"], found.row["reason"]
     assert found.drive is not None
     return found.drive
@@ -46,6 +47,14 @@ def test_a_place_to_stop_at(tmp_path: Path, traffic: str, first: int, last: int)
 def test_a_stop_at_any_place(tmp_path: Path, first: int, last: int) -> None:
     driven = solved(written(tmp_path, goal(between("velocity", 0.0, 0.3), first=first, last=last), traffic=NOBODY))
     assert driven.cars[-1].pose[2] <= 0.3
+
+
+@pytest.mark.parametrize("model", ["KS", "ST"])
+@pytest.mark.parametrize("place", ["", box(80.0, -1.75, length=4.0)], ids=["anywhere", "at a place"])
+def test_in_the_end_one_really_stands(tmp_path: Path, place: str, model: ModelName) -> None:
+    standing = goal(place, between("velocity", 0.0, 0.0), first=100, last=120)
+    driven = solved(written(tmp_path, standing, traffic=NOBODY), model=model)
+    assert driven.cars[-1].pose[2] == 0 and np.abs([car.values for car in driven.cars]).max() < 1e3
 
 
 @pytest.mark.parametrize("at", [113.0, 86.0], ids=["past who is alongside", "behind who was alongside"])

@@ -10,6 +10,7 @@ from simulation_fakes import ConstantPlanner
 from coverdrive.driving.driver import Driver
 from coverdrive.driving.goal import Goal
 from coverdrive.errors import DataError, SettingError
+from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.problem.vehicle import VehicleSettings, step
@@ -222,8 +223,16 @@ def test_bad_settings_are_refused() -> None:
             Road.straight(lanes, width)  # pyright: ignore[reportArgumentType]
     with pytest.raises(SettingError, match=r"length: .*greater than or equal to 1, got 0.0"):
         Driver(PREDICTOR, length=0.0)
-    with pytest.raises(SettingError, match="the period between two steps is 0 s"):
-        Driver(PREDICTOR, period=0)
+    for period in (0, 1e-6, 2.0):
+        with pytest.raises(SettingError, match=rf"the period between two steps is {period} s"):
+            Driver(PREDICTOR, period=period)
+        with pytest.raises(SettingError, match=rf"the period between two steps is {period} s"):
+            MpcPlanner().reset(period)
+    for options, words in (({"road": None}, "road: expected a Road"), ({"goal": "x"}, "goal: expected a Goal")):
+        with unchecked(), pytest.raises(SettingError, match=words):
+            Driver(PREDICTOR).step((10.0, 1.8, 20.0, 0.0), {}, **{"road": ROAD} | options)
+    with unchecked(), pytest.raises(DataError, match=r"the state has the shape \(3,\)"):
+        MpcPlanner().plan(np.zeros(3), PredictedPaths(np.zeros((0, 13, 2)), np.zeros(0, int), None, 0.25), ROAD)
 
 
 @pytest.mark.parametrize(("period", "acceleration"), [(0.1, 1.0), (0.25, 1.0), (0.5, 2.0), (0.625, 2.4)])

@@ -9,6 +9,7 @@ import sys
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -58,6 +59,30 @@ def test_lanelets_and_the_nearest_of_several_goals(tmp_path: Path) -> None:
     assert (at_once.goal.time, at_once.last) == ((5.0, 5.0), 50)
     anywhere = read(written(tmp_path, goal())).goal
     assert (anywhere.lanes, anywhere.position, anywhere.time) == ((), None, (5.0, 6.0))
+
+
+@pytest.mark.parametrize(
+    "hopeless",
+    [
+        goal(box(90.0, -1.75), first=5, last=8),
+        goal(box(8.0, -1.75, length=4.0)),
+        goal(between("velocity", 35.0, 40.0), first=20, last=60),
+    ],
+    ids=["too far", "behind", "too fast"],
+)
+def test_goals_that_cannot_be_met_come_last(tmp_path: Path, hopeless: str) -> None:
+    other = goal(box(90.0, -9.0))
+    found = read(written(tmp_path, hopeless, other))
+    assert len(found.goals) == 2 and found.goal.lanes == (0,)
+    assert read(written(tmp_path, hopeless)).goal.lanes != (0,)
+
+
+def test_a_goal_that_is_over_before_the_start_comes_last(tmp_path: Path) -> None:
+    over, other = goal(box(90.0, -1.75), first=0, last=10), goal(box(90.0, -9.0))
+    path = written(tmp_path, over, other)
+    path.write_text(re.sub(r"(<planningProblem.*?<time><exact>)0<", r"\g<1>20<", path.read_text(), flags=re.DOTALL))
+    found = read(path)
+    assert (found.first, found.goal.lanes) == (20, (0,))
 
 
 def test_goals_off_the_road_are_left_out_if_another_one_is_on_it(tmp_path: Path) -> None:
@@ -278,6 +303,15 @@ def test_models_of_the_car() -> None:
     turned = SingleTrackCar.at(Start, "KS").moved(0.0, 1.0, 0.1)
     assert turned.values[2] == pytest.approx(0.1 * BMW.steering.v_max, rel=1e-5)
     assert SingleTrackCar.at(Start, "KS").pose == pytest.approx([3.0, -2.0, 12.0, 0.4])
+
+
+@pytest.mark.parametrize(("speed", "acceleration"), [(0.0, 1.5), (0.3, 0.0), (2.0, -2.0)])
+def test_slipping_tyres_make_little_difference_at_low_speeds(speed: float, acceleration: float) -> None:
+    start = SimpleNamespace(position=np.zeros(2), orientation=0.0, velocity=speed)
+    kinematic, slipping = (SingleTrackCar.at(start, model) for model in ("KS", "ST"))
+    for _ in range(20):
+        kinematic, slipping = (car.moved(acceleration, 0.05, 0.1) for car in (kinematic, slipping))
+    assert slipping.pose == pytest.approx(kinematic.pose, abs=0.1)
 
 
 @pytest.mark.parametrize("period", [0.3, 0.5])

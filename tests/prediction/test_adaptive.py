@@ -188,6 +188,16 @@ def test_windows_are_those_that_the_evaluation_finds(kind: type[ConstantVelocity
     assert 0 < lost < settled
 
 
+def test_an_average_with_other_options_is_a_new_one() -> None:
+    belief = Adaptive(BOXES, missed=0.3, rate=0.02, start=0.2)
+    belief.run.settle(lost=300, settled=1000)
+    assert Adaptive(BOXES, missed=0.3, rate=0.02, state=belief.kept).run == belief.run
+    for options in ({"missed": 0.05}, {"rate": 0.5}, {"smallest": 1.0}, {"largest": 5.0}):
+        other = Adaptive(BOXES, **{"missed": 0.3, "rate": 0.02} | options, state=belief.kept)
+        assert (other.run.settled, other.run.lost) == (0, 0) and other.run.bound == 1.0
+        assert other.scale == pytest.approx(max(belief.scale, other.smallest))
+
+
 def test_a_life_remembers_and_can_be_lived_again_from_what_was_kept() -> None:
     belief = Adaptive(BOXES, rate=0.02)
     before = life(setup_of(belief), 3)

@@ -10,7 +10,7 @@ from prediction_fakes import SETTINGS
 from coverdrive.certificates.bounds import rate_limit
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.evaluation import evaluate
-from coverdrive.certificates.methods import Method, rounded_up
+from coverdrive.certificates.methods import Method, to_two_digits
 from coverdrive.certificates.rule import Hyperplanes, Thresholds
 from coverdrive.errors import CertificateError, DataError, SettingError
 from coverdrive.prediction.certifying.calibrate import CertificateSettings, calibrate
@@ -261,7 +261,7 @@ def test_what_cannot_be_proved_is_said_before_training(scenes: tuple[Recording, 
 def test_of_independent_vehicles_what_can_be_proved_is_asked_for(scenes: tuple[Recording, ...]) -> None:
     result = fit(scenes, SETTINGS, seed=1, unit="vehicle")
     units = len(np.unique(result.scored.calibration.vehicle))
-    assert result.predictor.certificate.epsilon == rounded_up(rate_limit(0.9, 0, units)) > 0.1
+    assert result.predictor.certificate.epsilon == to_two_digits(rate_limit(0.9, 0, units)) > 0.1
 
 
 def test_methods_side_by_side_need_nothing_but_the_scores(fitted: Fit) -> None:

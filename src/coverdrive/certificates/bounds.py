@@ -19,6 +19,9 @@ from scipy import optimize, special
 
 from coverdrive.errors import CertificateError
 
+_NEARLY_ALL = 1 - 1e-15
+"""the largest bound that is looked for; above it, it is 1"""
+
 
 def binomial_tail(epsilon: float, successes: int, samples: int) -> float:
     """Φ(ε, k, N) for k ``successes``, by the incomplete beta function; 1 for k ≥ N."""
@@ -124,7 +127,9 @@ def judged_bound(confidence: float, support: int, samples: int) -> float:
     def excess(epsilon: float) -> float:
         return share + float(np.logaddexp.reduce(ratios - (samples - terms) * math.log1p(-epsilon)))
 
-    return float(optimize.root_scalar(excess, bracket=(0.0, 1 - 1e-15), method="brentq", xtol=1e-15).root)
+    if excess(_NEARLY_ALL) < 0:
+        return 1.0
+    return float(optimize.root_scalar(excess, bracket=(0.0, _NEARLY_ALL), method="brentq", xtol=1e-15).root)
 
 
 def clopper_pearson(successes: int, trials: int, confidence: float = 0.95) -> tuple[float, float]:

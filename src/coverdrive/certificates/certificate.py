@@ -87,7 +87,7 @@ class Certificate:
             )
         sure = "Over calibration and test together"
         if self.confidence is not None:
-            sure = f"With {percent(self.confidence, 4)} confidence"
+            sure = f"With {percent(self.confidence, 10)} confidence"
         return (
             f"{sure}, {self._miss} is at most {at_most(self.epsilon)} "
             f"({self.method}, {self.samples} calibration {self.noun}s{self._origin}{self._uncovered}, "

@@ -137,7 +137,7 @@ class Dial:
 
         By Holm, all are driven. `CertificateError` if the drives could prove nothing even without any event.
         """
-        self._check(candidates)
+        self.check(candidates)
         order = self.order(candidates, pilot) if candidates > 1 else [0]
         if self.procedure == "Holm":
             return self._holm(order, [self._drive(candidate, prove) for candidate in order])
@@ -151,7 +151,8 @@ class Dial:
         rates = np.array([measures.mean(0) for measures, _ in driven])
         return pilot_order(rates, np.array([speeds.mean() for _, speeds in driven]), self.gain)
 
-    def _check(self, candidates: int) -> None:
+    def check(self, candidates: int) -> None:
+        """Raise `CertificateError` if so many candidates cannot be proved, whatever happens in the drives."""
         if candidates < 1 or (self.procedure == "named beforehand" and candidates > 1):
             raise CertificateError(
                 f"{candidates} candidates, but expected {'one' if candidates else 'at least one'}; name one, or prove "
@@ -235,6 +236,7 @@ class Dial:
         for asked, series, reached, level in zip(self.asked, hits.T, passed, levels, strict=True):
             limit = limit_of(series, level, anytime) if named or not reached else 0.0
             bound = limit if named else max(limit, asked.risk)
+            bound = min(bound, asked.risk) if reached else bound  # where they are equal but for rounding
             known = int(series.sum()), len(series), asked.risk, bound, self.confidence
             proofs.append(Proof(asked.event, *known, self.procedure, self.unit, level))
         return Tried(candidate, float(speeds.mean()) if len(speeds) else math.nan, tuple(proofs))

@@ -148,22 +148,22 @@ def provable_epsilon(
         return None
     if auto := asked == "auto":
         by_number = smallest_epsilon(method, claim, bases, count, unit=unit)
-        asked = USUAL if by_number <= USUAL else rounded_up(by_number)
+        asked = USUAL if by_number <= USUAL else to_two_digits(by_number)
     if method.computes_epsilon or (auto and asked >= 1):
         raise CertificateError(f"{units} prove nothing{by}; {more}")
     if asked >= least:
         return asked
-    possible = rounded_up(least)
-    advice = f"`--epsilon {possible:g}`" + ("" if uncovered else " or `--epsilon auto`")
+    possible = to_two_digits(least)
+    advice = f"ask for it with `--epsilon {possible:g}` or `--epsilon auto`"
+    if outside:
+        advice = "who has seen that can ask for it of other vehicles only"
     if unit == "group":
         more = f"{units_needed(asked, None if method.marginal else claim.sure)} groups would do: {more}"
-    instead = (
-        f"the smallest ε possible with them is {possible:g}: ask for it with {advice}, or " if possible < 1 else ""
-    )
+    instead = f"the smallest ε possible with them is {possible:g}: {advice}, or " if possible < 1 else ""
     raise CertificateError(f"{units} cannot prove ε = {asked:g}{by}; {instead}{more}")
 
 
-def rounded_up(value: float) -> float:
-    """The least number of two digits that is not below a positive one."""
+def to_two_digits(value: float, rounding: str = ROUND_CEILING) -> float:
+    """The least number of two digits that is not below a positive one, or as another ``rounding`` of decimals says."""
     exact = Decimal(value)
-    return float(exact.quantize(Decimal(1).scaleb(exact.adjusted() - 1), ROUND_CEILING))
+    return float(exact.quantize(Decimal(1).scaleb(exact.adjusted() - 1), rounding))

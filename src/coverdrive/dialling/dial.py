@@ -10,15 +10,16 @@ each, and ``dial.json`` with what is proved.
 """
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 import polars as pl
 
-from coverdrive.arguments import of_kind, path_of
+from coverdrive.arguments import finite, of_kind, path_of, shown, whole
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.drives import Procedure, Proof, drives_needed, limit_of
 from coverdrive.certificates.learn_then_test import Asked, Dial, Tried
@@ -144,23 +145,33 @@ class Request:
 
     def __post_init__(self) -> None:
         """Refuse what makes no sense."""
-        if not self.scales or len(set(self.scales)) < len(self.scales):
-            raise SettingError(f"a dial needs scales that differ, got {list(self.scales)}; try 0.3 0.6 1")
-        for scale in self.scales:
-            checked_scale(scale)
+        scales = tuple(map(checked_scale, np.ravel(self.scales).tolist()))
+        if not scales or len(set(scales)) < len(scales):
+            raise SettingError(f"a dial needs scales that differ, got {list(scales)}; try 0.3 0.6 1")
+        object.__setattr__(self, "scales", scales)
+        for name in ("risk", "confidence"):
+            finite(name, getattr(self, name))
+        for name, known in (("event", get_args(Event)), ("procedure", (None, *get_args(Procedure)))):
+            if (value := getattr(self, name)) not in known:
+                raise SettingError(f"{name}: expected {' or '.join(map(repr, known))}, got {shown(value)}")
+        whole("pilot", self.pilot)
+        whole("most", 1 if self.most is None else self.most)
 
     @property
     def events(self) -> tuple[Event, ...]:
         """What is counted: who asks of any collision is told of those at the ego's fault as well."""
         return ("any", "own") if self.event == "any" else ("own",)
 
-    def dial(self, duration: float) -> Dial:
-        """The procedure, for drives of a length [s]."""
+    def dial(self, duration: float, turn: int = 1) -> Dial:
+        """The procedure, for drives of a length [s] among so many numbers of vehicles in turn, of which each is driven
+        among as often as any other.
+        """
         asked = tuple(Asked(_EVENTS[event][0], self.risk) for event in self.events)
         procedure = self.procedure or ("anytime" if len(self.scales) > 1 else "named beforehand")
         alone = 1 if procedure != "Holm" else len(self.scales)
         needed = drives_needed(0, self.risk, 1 - (1 - self.confidence) / alone, procedure == "anytime")
-        most = self.most or (needed if procedure == "named beforehand" else 2 * needed)
+        usual = needed if procedure == "named beforehand" else 2 * needed
+        most = math.ceil(usual / turn) * turn if self.most is None else self.most
         return Dial(
             asked,
             self.confidence,
@@ -260,8 +271,10 @@ def dialled(
             "replays of recorded scenes depend on each other, so that counting them proves nothing; dial in another "
             "traffic, or choose a scale on groups of scenes by `coverdrive dial --traffic replay`"
         )
-    setup, dial = setup.loaded(), request.dial(setup.episode.duration)
-    _claim(folder / "request.json", request, dial)
+    setup, dial = setup.loaded(), request.dial(setup.episode.duration, len(setup.vehicles))
+    dial.check(len(request.scales))
+    if whole("workers", workers) < 1:
+        raise SettingError(f"a dial needs at least one worker, got {workers}")
     scales, tables = list(request.scales), dict[tuple[str, str, float | None], pl.DataFrame]()
 
     def at(scale: float, stream: int) -> Setup:
@@ -285,6 +298,7 @@ def dialled(
         return drive
 
     with alone(folder):
+        _claim(folder / "request.json", request, dial)
         turned = dial.turn(len(scales), driver("pilot", _PILOT), driver("proof", _PROOF))
         for (name, scale), other in (beside or {}).items():
             files = StudyFolder(folder / "pilot" / (name if scale is None else f"{name}-{scale:g}"))
@@ -327,7 +341,7 @@ def _claim(file: Path, request: Request, dial: Dial) -> None:
     if found != json.loads(json.dumps(asked)):
         raise DataError(
             f"the drives in {file.parent} were asked for {found}, now {asked}: who has seen them cannot let them prove "
-            "another thing; dial with another seed, whose drives are new"
+            "another thing; dial with another seed, in a folder of its own, whose drives are new"
         )
 
 

@@ -61,7 +61,8 @@ def frontier(
     """A line for the drives of everybody at every λ, with 95 % intervals.
 
     Those of collisions are Clopper and Pearson's, for a number of drives that was fixed. A proof that may end
-    ``anytime`` has from 0 to the risk that it proves; the interval of its mean speed takes the number as fixed.
+    ``anytime`` has from 0 to the limit that holds at any time with 95 %; the interval of its mean speed takes the
+    number as fixed.
 
     ``headway`` [s] is kept in nine of ten moments behind somebody, in the median drive; ``claim`` is the bound ε on the
     windows of recorded traffic at that λ, 1 if nothing is proved; of others null.

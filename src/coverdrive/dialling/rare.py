@@ -14,6 +14,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from decimal import ROUND_FLOOR
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from typing import Any
 import numpy as np
 from scipy.special import stdtrit
 
+from coverdrive.certificates.methods import to_two_digits
 from coverdrive.dialling.splitting import Path as Found
 from coverdrive.dialling.splitting import split
 from coverdrive.dialling.tape import Tape
@@ -200,7 +202,8 @@ class Rare:
                 f"{rarer} ended without a collision, below what was to be looked for."
             )
         return (
-            f"A drive has a collision with probability {self.probability:.2g} (95 % interval {low:.1g} to {high:.1g}; "
+            f"A drive has a collision with probability {self.probability:.2g} (95 % interval "
+            f"{to_two_digits(low, ROUND_FLOOR):.2g} to {to_two_digits(high):.2g}; "
             f"standard error {100 * self.standard_error / self.probability:.0f} %): {len(self.estimates)} independent "
             "repetitions."
         )

@@ -217,7 +217,7 @@ class _Walk:
             tape = path.tape.nudged(first * (which != 1), later * (which != 0), width, random)
             tried = self._begun(tape, path.ancestor)
             tape.turn(0)  # what the new start does not ask for is no part of it
-            if not tried.tape.reversible(path.tape, 0):
+            if not tried.tape.reversible(path.tape):
                 return None
         self._go(tried, level)
         if tried.level <= level:

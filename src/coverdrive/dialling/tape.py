@@ -70,8 +70,8 @@ class Tape(np.random.Generator):
         As normal numbers z they become √(1 − width²) z + width ξ (Neal, *Regression and classification using Gaussian
         process priors*, 1998), which leaves their law as it is, and moves those in a tail within it.
 
-        In a moment of more than 16 calls only those of the last 16 may change; whether the same ones may change on the
-        way back tells `reversible`.
+        In moment 0 only the last 16 calls may change; whether the same ones may change on the way back tells
+        `reversible`.
 
         Args:
             first: share of the numbers of moment 0 that are moved.
@@ -86,14 +86,16 @@ class Tape(np.random.Generator):
             return np.where(picked, np.minimum(ndtr(by), _HIGHEST), value)
 
         values = {
-            k: [*calls[:-_LATE], *(moved(each, later if k else first) for each in calls[-_LATE:])]
+            k: [moved(each, later) for each in calls]
+            if k
+            else [*calls[:-_LATE], *(moved(each, first) for each in calls[-_LATE:])]
             for k, calls in self._values.items()
         }
         return Tape(values, random)
 
-    def reversible(self, other: "Tape", moment: int) -> bool:
-        """Whether at a moment the same numbers of two tapes may be nudged."""
-        mine, theirs = self.calls(moment), other.calls(moment)
+    def reversible(self, other: "Tape") -> bool:
+        """Whether at moment 0 the same numbers of two tapes may be nudged."""
+        mine, theirs = self.calls(0), other.calls(0)
         return mine == theirs or max(mine, theirs) <= _LATE
 
     @property

@@ -8,7 +8,7 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from coverdrive.arguments import finite, of_kind
+from coverdrive.arguments import finite, of_kind, period_of
 from coverdrive.driving.goal import Goal
 from coverdrive.driving.perception import Numbers, Perception, Told
 from coverdrive.errors import SettingError, blaming, during
@@ -86,8 +86,7 @@ class Driver:
         """
         wishes = {"length": length, "width": width, "wanted_speed": wanted_speed, "budget": budget}
         wishes = {name: finite(name, value) for name, value in wishes.items() if value is not None}
-        if not 0 < finite("period", period) <= 1:
-            raise SettingError(f"the period between two steps is {period} s; expected more than 0 and at most 1 s")
+        period = period_of(period)
         if smoothing is not None:
             of_kind("smoothing", smoothing, SmoothingSettings, "SmoothingSettings")
         check_belief(predictor)
@@ -138,6 +137,8 @@ class Driver:
             DataError: what is told of a vehicle cannot be true, or the road cannot be driven on.
             SettingError: the goal cannot be one on this road, or the planner takes none.
         """
+        of_kind("road", road, Road, "a Road")
+        of_kind("goal", goal, (Goal, type(None)), "a Goal, or None")
         scene = self.see(own, others, road)
         state, wishes = scene.states[EGO], dict[str, Any]()
         if goal is not None:
@@ -154,6 +155,8 @@ class Driver:
         real = controls(step(state[None], inputs, self.period / 2), inputs, road, self._vehicle.wheelbase)
         acceleration, yaw_rate, steering = (float(each[0]) for each in real[1:])
         steering = min(max(steering, -self._vehicle.max_steering), self._vehicle.max_steering)
+        if goal is not None and (firmly := goal.firmly(state, self.period)):
+            acceleration = min(acceleration, -firmly)
         return Command(acceleration, yaw_rate, steering, decision.plan, decision.paths, scene, *decision[2:])
 
 

@@ -23,10 +23,12 @@ _INSIDE, _IN_TIME = 0.7, 0.5
 _STANDING, _TO_REST = 1.0, 1.0
 """[m/s] below which a speed is as good as none, and [s] before the end of a time when one aims to stand: the last bit
 of speed goes slowly, as brakes are let go without a jerk, and who stands early stands in time, too"""
+_LAST, _FIRMLY = 0.15, 0.5
+"""[m/s] below which one brakes until one stands, and [m/s²] how hard; a plan would get slower for ever"""
 _ARRIVALS, _APART = 21, 0.1
 """arrivals that are looked at, and [s] between two of them where the time is wide"""
 _LONGEST = 120.0
-"""[s] from the first arrival to the last that is looked at where the time is without end"""
+"""[s] from the first arrival to the last that is looked at"""
 _MIDDLE, _MARGIN = 0.05, 10.0
 """[m²/s⁵] cost of an arrival away from the middle of the time that is allowed, and [s] on both sides of the middle in
 which times are narrow: of wider ones it is a middle part, and the wider, the more of it"""
@@ -134,6 +136,11 @@ class Goal:
         wish = self._hurrying(wish, state, needed, left, away)
         return self._turned(wish, state, road, left)
 
+    def firmly(self, state: Float[np.ndarray, " 4"], period: float) -> float:
+        """[m/s²] at which one brakes at the least until the next plan, some time [s] later: to stand in the end."""
+        there = self.position is None or self.position[0] <= state[0]
+        return min(_FIRMLY, float(state[2]) / period) if self._stands and there and 0 < state[2] < _LAST else 0.0
+
     def _inside(self, state: Float[np.ndarray, " 4"], road: Road) -> bool:
         """Whether one is in a lane of the goal and not over its edge, or at the place in it."""
         lane, edges, lanes = int(road.lane_at(state[0], state[1])), road.edges_at(state[0]), self.any_lane
@@ -175,7 +182,7 @@ class Goal:
         spare = min((farthest - nearest) / 2, _SPARE)
         slowest, fastest = self.speed or (0.0, np.inf)
         inside = _TO_REST if self._stands else min((self.time[1] - self.time[0]) / 4, _IN_TIME)
-        end = self.time[1] - time if np.isfinite(self.time[1]) else max(self.time[0] - time, 0.0) + _LONGEST
+        end = min(self.time[1] - time, max(self.time[0] - time, 0.0) + _LONGEST)
         latest = max(end - inside, end / 2, _SOONEST)
         soonest = min(max(self.time[0] - time + inside, _SOONEST), latest)
         wide = (latest - soonest) / 2
@@ -218,7 +225,7 @@ class Goal:
 def _is_interval(values: Any) -> bool:
     try:
         least, largest = values
-        return bool(least <= largest)
+        return bool(least <= largest and least < np.inf and largest > -np.inf)
     except (TypeError, ValueError):
         return False
 

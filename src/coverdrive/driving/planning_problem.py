@@ -17,7 +17,7 @@ from shapely.ops import unary_union
 from coverdrive.driving.goal import Goal, Interval
 from coverdrive.driving.obstacles import begins_in, come_near, cut, pieces, shape_of, told_at, tracks_of
 from coverdrive.driving.perception import Told
-from coverdrive.driving.route import drawn_near, farthest, route
+from coverdrive.driving.route import drawn_near, farthest, route, within_reach
 from coverdrive.driving.tidy import in_order, refuse_unknown, with_narrow_headings
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.checks import check_vehicles
@@ -119,13 +119,16 @@ class PlanningProblem:
 
     @cached_property
     def goal(self) -> Goal:
-        """Where the drive is to lead: of alternatives the one with the nearest lane, and the least turn."""
+        """Where the drive is to lead: of alternatives within reach that with the nearest lane, and the least turn."""
         start = self.problem.initial_state
-        lane = self.lane_of(*self.road.to_road(*start.position))
-        return min(
-            (goal for _, goal in self.goals),
-            key=lambda goal: (min((abs(lane - each) for each in goal.any_lane), default=0), abs(goal.turn)),
-        )
+        lon, lat = map(float, self.road.to_road(*start.position))
+        lane = self.lane_of(lon, lat)
+
+        def rank(goal: Goal) -> tuple[bool, int, float]:
+            away = min((abs(lane - each) for each in goal.any_lane), default=0)
+            return not within_reach(goal, lon, float(start.velocity)), away, abs(goal.turn)
+
+        return min((goal for _, goal in self.goals), key=rank)
 
     @cached_property
     def goals(self) -> list[tuple[Any, Goal]]:

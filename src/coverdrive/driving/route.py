@@ -12,6 +12,7 @@ from jaxtyping import Float
 from shapely.geometry import Point
 from shapely.geometry.base import BaseGeometry
 
+from coverdrive.driving.goal import Goal
 from coverdrive.errors import DataError
 from coverdrive.recordings.roads.drawn_road import DrawnLane, drawn_road
 from coverdrive.road import Road
@@ -95,6 +96,14 @@ def _reached(parts: dict[int, Any], some: Collection[int], links: Iterable[str],
 def farthest(speed: float, time: float) -> float:
     """[m] as far as a car gets from a speed [m/s] on in a time [s]."""
     return speed * time + _HARDEST / 2 * time**2
+
+
+def within_reach(goal: Goal, lon: float, speed: float) -> bool:
+    """Whether a car at a place [m] of the road, at a speed [m/s], can be where, and as fast as, a goal says in time."""
+    time = np.inf if goal.time is None else goal.time[1]
+    first, last = goal.position or (lon, lon)
+    slowest = 0.0 if goal.speed is None else goal.speed[0]
+    return time > 0 and lon <= last and first - lon <= farthest(speed, time) and slowest <= speed + _HARDEST * time
 
 
 def drawn_near(

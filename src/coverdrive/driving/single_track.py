@@ -25,8 +25,13 @@ BMW: Any = parameters_vehicle2()
 VEHICLE = VehicleType.BMW_320i
 
 _DYNAMICS: dict[ModelName, Callable[..., list[float]]] = {"KS": vehicle_dynamics_ks, "ST": vehicle_dynamics_st}
-_SUBSTEP = 0.005
-"""[s] of Runge and Kutta's method"""
+_SUBSTEP, _FINE = 0.005, 0.001
+"""[s] of Runge and Kutta's method, and where tyres slip at a low speed: what they do then dies away within so short a
+time that longer steps make it grow"""
+_SLOW = 0.5
+"""[m/s] of such a speed"""
+_ROUNDING = 1e-9
+"""[m/s] that are none"""
 _SHORT, _FARTHER = 0.22, 0.75
 """[s] in longer periods the wheels, which turn evenly until the end, turn farther by this share of their way: with all
 of it they would have the angle in the mean, but swing to and fro from one period to the next"""
@@ -63,7 +68,8 @@ class SingleTrackCar:
             steering += _FARTHER * (steering - self.values[2])
         rate = float(np.clip((steering - self.values[2]) / period, -fastest, fastest))
         acceleration = max(acceleration, -self.values[3] / period)
-        steps, dynamics = max(1, round(period / _SUBSTEP)), _DYNAMICS[self.model]
+        slow = self.model == "ST" and min(self.values[3], self.values[3] + acceleration * period) < _SLOW
+        steps, dynamics = max(1, round(period / (_FINE if slow else _SUBSTEP))), _DYNAMICS[self.model]
         dt, values, inputs = period / steps, self.values, [rate, acceleration]
 
         def slope(at: np.ndarray) -> np.ndarray:
@@ -74,6 +80,7 @@ class SingleTrackCar:
             second = slope(values + dt / 2 * first)
             third = slope(values + dt / 2 * second)
             values = values + dt / 6 * (first + 2 * second + 2 * third + slope(values + dt * third))
+        values[3] = 0.0 if abs(values[3]) < _ROUNDING else values[3]
         return SingleTrackCar(self.model, values)
 
     def state(self, moment: int) -> Any:

@@ -12,6 +12,8 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import Field
 
+from coverdrive.arguments import period_of
+from coverdrive.errors import DataError
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
 from coverdrive.planning.check.evaluate import Plans, write_slack
@@ -164,7 +166,11 @@ class MpcPlanner:
 
         Args:
             period: [s] from one call to the next, by which the last plans are shifted to start the search.
+
+        Raises:
+            SettingError: it is less than a millisecond, or more than a second.
         """
+        period = period_of(period)
         self._start(period)
         state, road = np.array([0.0, 1.8, 20.0, 0.0]), Road.straight()
         points = np.zeros((1, self.steps + 1, 2))
@@ -205,12 +211,14 @@ class MpcPlanner:
 
         Raises:
             SettingError: if the paths have other times than the plan.
-            DataError: if lanes are too near to the centre of a curve.
+            DataError: if the state is not of four numbers, or lanes are too near to the centre of a curve.
         """
         begun, problem = time.perf_counter(), self.settings.problem
         paths.check_times(problem.dt, problem.steps)
         self._look_at(road)
         measured = np.ascontiguousarray(state, dtype=float)
+        if measured.shape != (4,):
+            raise DataError(f"the state has the shape {measured.shape}; expected (4,): lon, lat, speed and heading")
         believed, memory = plausible(measured, problem.vehicle, road), self._memory
         known, unknown = bool(believed.all()), 0.0
         if known and memory is not None and memory.unknown + self._period <= self.settings.grace + _ROUNDING:

@@ -83,6 +83,12 @@ class LongRun:
     most: int = 0
     """windows under way at once so far, D"""
 
+    @classmethod
+    def begun(cls, missed: float, rate: float, smallest: float, largest: float, scale: float) -> "LongRun":
+        """An average of nothing yet, from a λ on, or the nearest that is allowed."""
+        level = float(np.log(np.clip(scale, smallest, largest)))
+        return cls(missed, rate, smallest, largest, level, level)
+
     @property
     def scale(self) -> float:
         """λ of the sets."""
@@ -164,7 +170,7 @@ class Adaptive:
     start: float = 1.0
     """λ at the beginning, unless a state is given"""
     state: Mapping[str, float] | None = None
-    """what `kept` gave: goes on from there"""
+    """what `kept` gave: goes on from there, and with what was asked for there, or else begins a new average"""
     run: LongRun = field(init=False)
     """the average so far, and λ"""
 
@@ -182,12 +188,17 @@ class Adaptive:
                 f"expected 0 < smallest ≤ start ≤ largest ≤ {LARGEST:g}, got {self.smallest}, {self.start} and "
                 f"{self.largest}; try 0.1, 1 and 10"
             )
-        level = float(np.log(self.start))
-        begun = {"first": level, "level": level, "settled": 0, "lost": 0, "most": 0}
-        state = begun if self.state is None else dict(self.state)
-        if set(state) != set(begun) or not all(np.isfinite(each) for each in state.values()):
-            raise SettingError(f"got the state {state}; expected finite {', '.join(begun)}, as `kept` gives them")
-        self.run = LongRun(self.missed, self.rate, self.smallest, self.largest, **state)  # pyright: ignore[reportArgumentType]
+        asked = {name: float(getattr(self, name)) for name in _ASKED}
+        self.run = LongRun.begun(**asked, scale=self.start)
+        if self.state is not None:
+            state, expected = dict(self.state), asdict(self.run)
+            if set(state) != set(expected) or not all(np.isfinite(each) for each in state.values()):
+                raise SettingError(
+                    f"got the state {state}; expected finite {', '.join(expected)}, as `kept` gives them"
+                )
+            known = LongRun(**state)  # pyright: ignore[reportArgumentType]
+            alike = all(state[name] == value for name, value in asked.items())
+            self.run = known if alike else LongRun.begun(**asked, scale=known.scale)
         self._open = list[_Windows]()
         self._last: Scene | None = None
 
@@ -198,8 +209,8 @@ class Adaptive:
 
     @property
     def kept(self) -> dict[str, float]:
-        """What it has learned, as plain numbers; windows under way are left out."""
-        return {name: value for name, value in asdict(self.run).items() if name not in _ASKED}
+        """What it was asked for and has learned, as plain numbers; windows under way are left out."""
+        return asdict(self.run)
 
     def anew(self) -> "Adaptive":
         """Another one that knows as much, with no windows under way."""

@@ -27,8 +27,8 @@ def frontier_table(lines: pl.DataFrame) -> Table:
 
 _CAPTION = (
     "Collisions against the mean speed of the ego at every scale λ of the sets, and of others; up and left is better. "
-    "Horizontal: 95 % Clopper–Pearson intervals, of a proof that may end at any time from 0 to what it proves; "
-    "vertical: 95 % intervals of the mean. "
+    "Horizontal: 95 % Clopper–Pearson intervals, of a proof that may end at any time from 0 to a limit that holds at "
+    "any time with 95 %; vertical: 95 % intervals of the mean. "
 )
 
 

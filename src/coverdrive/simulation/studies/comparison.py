@@ -6,6 +6,7 @@ the difference between binomial proportions based on paired data*, 1998, method 
 have to be independent of each other: of replays there are differences alone, without intervals and tests.
 """
 
+import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -151,7 +152,7 @@ def newcombe_interval(
     margins = (both + only_first) * (only_second + neither) * (both + only_second) * (only_first + neither)
     product = both * neither - only_first * only_second
     product = max(product - n / 2, 0.0) if product > 0 else float(product)
-    correlation = product / np.sqrt(margins) if margins else 0.0
+    correlation = product / math.sqrt(margins) if margins else 0.0
 
     def wilson(count: int) -> tuple[float, float, float]:
         rate, interval = count / n, scipy.stats.binomtest(count, n).proportion_ci(confidence, "wilson")
