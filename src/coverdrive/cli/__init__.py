@@ -17,7 +17,7 @@ app = App(
     name="coverdrive",
     version=__version__,
     result_action="return_value",
-    default_parameter=Parameter(negative_iterable=(), json_list=False, json_dict=False),
+    default_parameter=Parameter(negative_bool=(), negative_iterable=(), json_list=False, json_dict=False),
     suppress_keyboard_interrupt=False,
     exit_on_error=False,
     print_error=False,
@@ -51,10 +51,8 @@ app.meta.suppress_keyboard_interrupt = False
 @app.meta.default
 def launch(
     *tokens: Annotated[str, Parameter(show=False, allow_leading_hyphen=True)],
-    quiet: Annotated[bool, Parameter(negative="", help="Print nothing but errors.")] = False,
-    json: Annotated[
-        bool, Parameter(negative="", help="Print the result as JSON, an error too, and all else to stderr.")
-    ] = False,
+    quiet: Annotated[bool, Parameter(help="Print nothing but errors.")] = False,
+    json: Annotated[bool, Parameter(help="Print the result as JSON, an error too, and all else to stderr.")] = False,
 ) -> Any:
     """Run a command with its output where it is wanted."""
     console.stderr = json

@@ -20,9 +20,7 @@ def demo(
     out: Annotated[Path, Parameter(help="Folder to unpack to, as in `--out there`.")] = Path("coverdrive-demo"),
     drive: Annotated[
         bool,
-        Parameter(
-            negative="", help="Drive the drive now instead of showing the stored one; compiling takes minutes once."
-        ),
+        Parameter(help="Drive the drive now instead of showing the stored one; compiling takes minutes once."),
     ] = False,
     browser: Annotated[
         bool, Parameter(name="--open", negative="--no-open", help="Open the page in the browser, if there is one.")

@@ -29,10 +29,7 @@ def solve(
     recording: options.Recordings = None,
     leave_one_out: Annotated[
         bool,
-        Parameter(
-            negative="",
-            help="Fit for each scenario on the recordings that show nothing of it, nor of others on its map.",
-        ),
+        Parameter(help="Fit for each scenario on the recordings that show nothing of it, nor of others on its map."),
     ] = False,
     model: Annotated[
         Literal["KS", "ST"],
@@ -42,7 +39,6 @@ def solve(
     video: Annotated[
         bool,
         Parameter(
-            negative="",
             help="Draw snapshots and a video of every drive; what is solved already but has none is driven again.",
         ),
     ] = False,
