@@ -187,17 +187,6 @@ def _start(situation: Situation, inputs: Float[np.ndarray, "K 2"], problem: Prob
     return np.concatenate([inputs.ravel(), states[1:].ravel(), slack, (levels + slack[:, None]).ravel()])
 
 
-class _Memory(NamedTuple):
-    """What the planner remembers of its last call."""
-
-    lane: int
-    """the lane that the plan aimed at"""
-    applied: Float[np.ndarray, " 2"]
-    """acceleration [m/s²] and yaw rate [rad/s] applied since"""
-    inputs: dict[int, Float[np.ndarray, "K 2"]]
-    """inputs of the plan to each lane, shifted to the time of the next call"""
-
-
 class PaperPlanner:
     """Model predictive control the paper's way; implements `coverdrive.plan.Planner`."""
 
@@ -209,22 +198,15 @@ class PaperPlanner:
             lane_change: cost of aiming at another lane than the last plan.
         """
         self.problem, self.lane_change = problem, lane_change
+        self.dt, self.steps = problem.dt, problem.steps
         self.reset(self.dt)
-
-    @property
-    def dt(self) -> float:
-        """[s] between two points of the paths that it plans against."""
-        return self.problem.dt
-
-    @property
-    def steps(self) -> int:
-        """Number K of its steps; it plans against paths of K + 1 points."""
-        return self.problem.steps
 
     def reset(self, period: float) -> None:
         """Forget the previous plan; called before every episode with the time [s] between two plans."""
         self._held_on = held_on(self.steps, period, self.dt)
-        self._memory: _Memory | None = None
+        self._lane: int | None = None  # that the last plan aimed at
+        self._applied = np.zeros(2)  # acceleration [m/s²] and yaw rate [rad/s] since
+        self._inputs: dict[int, Float[np.ndarray, "K 2"]] = {}  # to each lane, shifted to the time of the next plan
 
     def plan(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Plan:
         """Plan from a state against every predicted path; the state and the paths must be finite.
@@ -243,29 +225,27 @@ class PaperPlanner:
             SettingError: if the paths have other times than the plan.
         """
         begin = time.perf_counter()
-        problem, memory = self.problem, self._memory
+        problem = self.problem
         paths.check_times(problem.dt, problem.steps)
         if problem.obstacles.ignore_rear:
             paths = without_follower(state, paths, road)
         edges = float(road.edges[0]), float(road.edges[-1])
-        situation = Situation(state, memory.applied if memory else np.zeros(2), edges, paths)
+        situation = Situation(state, self._applied, edges, paths)
         lane = int(road.lane_of(state[1]))
-        held = memory.lane if memory else lane
-        found = self._solutions(situation, road, lane, memory.inputs if memory else {})
+        held = lane if self._lane is None else self._lane
+        found = self._solutions(situation, road, lane)
         target = min(found, key=lambda each: found[each].cost + self.lane_change * (each != held), default=lane)
         chosen = found[target] if found else coasting(situation, float(road.centres[lane]), problem)
-        later = {each: self._held_on @ one.inputs for each, one in found.items()}
-        self._memory = _Memory(target, chosen.inputs[0], later)
+        self._lane, self._applied = target, chosen.inputs[0]
+        self._inputs = {each: self._held_on @ one.inputs for each, one in found.items()}
         slack = np.maximum(0.0, chosen.slack)
         status = Status.SOLVED if found and slack.max() <= NEGLIGIBLE else Status.UNSAFE
         seconds = time.perf_counter() - begin
         return Plan(chosen.states, chosen.inputs, slack, status, chosen.cost, seconds, problem.dt)
 
-    def _solutions(
-        self, situation: Situation, road: Road, lane: int, former: dict[int, Float[np.ndarray, "K 2"]]
-    ) -> dict[int, Solution]:
+    def _solutions(self, situation: Situation, road: Road, lane: int) -> dict[int, Solution]:
         """The plans to the own lane and to those beside it, by lane; without those for which IPOPT fails."""
-        problem, straight = self.problem, np.zeros((self.steps, 2))
+        problem, former, straight = self.problem, self._inputs, np.zeros((self.steps, 2))
         solutions: dict[int, Solution] = {}
         for target in range(max(lane - 1, 0), min(lane + 2, road.lanes)):
             for start in [former[target], straight] if target in former else [straight]:
