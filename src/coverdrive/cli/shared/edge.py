@@ -50,8 +50,12 @@ def status_of(work: Callable[[], Any], as_json: Callable[[], bool]) -> int:
     if said and as_json():
         with suppress(OSError, OutputClosed):
             print_json({"error": said})
-    if not _flushed():
-        status = status or _CLOSED_OUTPUT
+    try:
+        _print()
+    except (OutputClosed, OSError):  # the rest is dropped, which Python would complain about at the very end
+        with suppress(OSError, ValueError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return status or _CLOSED_OUTPUT
     return status
 
 
@@ -62,7 +66,7 @@ def _tried(work: Callable[[], Any], as_json: Callable[[], bool]) -> tuple[int, s
             result = work()
             if as_json() and result is not None:
                 print_json(result)
-            _flush()
+            _print()
     except OutputClosed:
         return _CLOSED_OUTPUT, ""
     except (CoverdriveError, CycloptsError) as error:
@@ -108,10 +112,7 @@ def print_json(result: Any) -> None:
         OutputClosed: nobody reads it.
     """
     plain = to_jsonable_python(result, inf_nan_mode="null", fallback=str)
-    try:
-        print(json.dumps(plain, indent=2), flush=True)
-    except BrokenPipeError:
-        raise OutputClosed from None
+    _print(json.dumps(plain, indent=2) + "\n")
 
 
 def _complain(text: str) -> str:
@@ -125,26 +126,14 @@ def _say(line: str, before: Text | str = "") -> None:
         Terminal(stderr=True, soft_wrap=True).print(Text.assemble(before, line), highlight=False)
 
 
-def _flush() -> None:
-    """Write what is still in the buffer of stdout.
+def _print(text: str = "") -> None:
+    """Write a text, and what is still in the buffer of stdout.
 
     Raises:
         OutputClosed: nobody reads it.
         OSError: the disk is full.
     """
     try:
-        if sys.stdout is not None:  # pyright: ignore[reportUnnecessaryComparison]
-            sys.stdout.flush()
+        print(text, end="", flush=True)
     except BrokenPipeError:
         raise OutputClosed from None
-
-
-def _flushed() -> bool:
-    """Whether all output was written; else the rest is dropped, which Python would complain about at the very end."""
-    try:
-        _flush()
-    except (OutputClosed, OSError):
-        with suppress(OSError, ValueError):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return False
-    return True
