@@ -13,7 +13,7 @@ from coverdrive.plan import Status
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.reporting.drives.reasons import Reason
 from coverdrive.reporting.drives.road_drawing import VERGE, height_of
-from coverdrive.reporting.drives.snapshots import Moment, interesting_moments, snapshots
+from coverdrive.reporting.drives.snapshots import interesting_moments, snapshots
 from coverdrive.reporting.plotting.drawing import save
 from coverdrive.road import Road
 from coverdrive.road_markings import ahead_label
@@ -22,7 +22,7 @@ from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.measures.misses import find_windows
 
 
-def moments_of(trace: Trace, count: int = 4) -> list[Moment]:
+def moments_of(trace: Trace, count: int = 4) -> list[tuple[int, str]]:
     return interesting_moments(trace, find_windows(trace), count)
 
 
@@ -30,7 +30,7 @@ pytestmark = pytest.mark.usefixtures("no_global_change")
 
 
 def test_lane_change_and_overtaking_are_found(trace):
-    moments = {moment.step: moment.remark for moment in moments_of(trace)}
+    moments = dict(moments_of(trace))
     lane = trace.road.lane_of(trace.scene.lat[:, 0])
     changed = np.flatnonzero(np.diff(lane))
     assert changed.tolist() == [4, 11]
@@ -42,13 +42,13 @@ def test_otherwise_the_densest_moment_is_chosen():
     trace = make_trace(40)
     worst, later = moments_of(trace, 2)
     assert worst == (11, "changes lane, worst moment")
-    assert (later.step, later.remark) == (21, "vehicles within 20 m: 1")
+    assert later == (21, "vehicles within 20 m: 1")
 
 
 def test_the_end_of_a_collision_is_always_among_them():
-    last = moments_of(make_trace(kind=Kind.REAR_END))[-1]
-    assert last.step == 11
-    assert last.remark.endswith("just before a rear-end collision")
+    step, remark = moments_of(make_trace(kind=Kind.REAR_END))[-1]
+    assert step == 11
+    assert remark.endswith("just before a rear-end collision")
 
 
 def test_where_a_collision_began_is_always_among_them():
@@ -63,7 +63,7 @@ def test_where_a_collision_began_is_always_among_them():
 @pytest.mark.parametrize("steps", [1, 2, 3, 4, 5, 9, 40, 200])
 @pytest.mark.parametrize("count", [1, 4])
 def test_moments_are_in_order_and_spread(steps, count):
-    chosen = [moment.step for moment in moments_of(make_trace(steps), count)]
+    chosen = [step for step, _ in moments_of(make_trace(steps), count)]
     assert len(chosen) == min(steps, count)
     assert (np.diff(chosen) >= max(1, steps // count // 2)).all()
     assert chosen[0] >= 0

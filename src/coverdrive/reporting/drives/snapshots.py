@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from textwrap import fill
-from typing import NamedTuple
 
 import numpy as np
 from matplotlib.colors import to_rgba
@@ -35,13 +34,6 @@ _LETTERS = 100
 """that find room in a line over the road"""
 
 
-class Moment(NamedTuple):
-    """A moment worth looking at."""
-
-    step: int
-    remark: str
-
-
 def snapshots(
     trace: Trace,
     steps: Sequence[int] | None = None,
@@ -55,26 +47,26 @@ def snapshots(
     if steps is not None and not (steps and all(0 <= step < len(trace) for step in steps)):
         raise DataError(f"snapshots need steps from 0 to {len(trace) - 1}, got {list(steps)}; choose among these")
     windows = find_windows(trace)
-    moments = interesting_moments(trace, windows) if steps is None else [Moment(step, "") for step in steps]
+    moments = interesting_moments(trace, windows) if steps is None else [(step, "") for step in steps]
     left = left_recently(trace, windows)
     with style.style():
-        reasons = [reason_of(trace, moment.step) for moment in moments]
+        reasons = [reason_of(trace, step) for step, _ in moments]
         said = [
-            f"\n{in_lines(f'{trace.plans[moment.step].status.value}: {reason.text}')}" * bool(reason.text)
-            for moment, reason in zip(moments, reasons, strict=True)
+            f"\n{in_lines(f'{trace.plans[step].status.value}: {reason.text}')}" * bool(reason.text)
+            for (step, _), reason in zip(moments, reasons, strict=True)
         ]
         height = _ABOUT + height_of(trace.road, TWO_COLUMNS - _BESIDE)
         lines = sum(text.count("\n") for text in said)
         figure = style.new_figure(TWO_COLUMNS, _ABOVE + height * len(moments) + LINE * (lines + bool(lines)))
         panels = figure.subplots(len(moments), 1, sharex=True, squeeze=False)[:, 0]
-        for letter, (axes, moment, why) in enumerate(zip(panels, moments, said, strict=True), start=ord("a")):
+        for letter, (axes, (step, remark), why) in enumerate(zip(panels, moments, said, strict=True), start=ord("a")):
             drawing = RoadDrawing(axes, trace.road, trace.scene.vehicles)
-            scene = drawing.show_moment(trace, moment.step, problem, left)
-            title = f"({chr(letter)})  {trace.time[moment.step]:.1f} s, ego {scene.speed[EGO]:.1f} m/s"
-            axes.set_title(title + f":  {moment.remark}" * bool(moment.remark) + why, loc="left")
+            scene = drawing.show_moment(trace, step, problem, left)
+            title = f"({chr(letter)})  {trace.time[step]:.1f} s, ego {scene.speed[EGO]:.1f} m/s"
+            axes.set_title(title + f":  {remark}" * bool(remark) + why, loc="left")
         panels[-1].set_xlabel(ahead_label(trace.road))
         met = any(reason.path >= 0 for reason in reasons)
-        marked = bool(left[[moment.step for moment in moments]].any())
+        marked = bool(left[[step for step, _ in moments]].any())
         add_legend(figure, trace.horizon, problem is not None, marked, met)
     return figure
 
@@ -112,8 +104,8 @@ def add_legend(figure: Figure, horizon: float, active: bool, left: bool, met: bo
     )
 
 
-def interesting_moments(trace: Trace, windows: Windows, count: int = 4) -> list[Moment]:
-    """The moment at which most happens in each of ``count`` equal parts of the drive, in the order of time.
+def interesting_moments(trace: Trace, windows: Windows, count: int = 4) -> list[tuple[int, str]]:
+    """The step at which most happens in each of ``count`` equal parts of the drive and what, in the order of time.
 
     The worst moment of the drive, of which ``windows`` are all, comes first, then lane changes, then overtaking, then
     dense traffic. Two moments are at least half a part from each other.
@@ -136,4 +128,4 @@ def interesting_moments(trace: Trace, windows: Windows, count: int = 4) -> list[
         chosen.append(int(free[np.argmax(interest[free])]))
     remarks = {"changes lane": changes, "overtakes": passes, named: steps == decisive}
     said = {step: ", ".join(remark for remark, applies in remarks.items() if applies[step]) for step in chosen}
-    return [Moment(step, said[step] or f"vehicles within {NEAR:.0f} m: {near[step]}") for step in chosen]
+    return [(step, said[step] or f"vehicles within {NEAR:.0f} m: {near[step]}") for step in chosen]
