@@ -22,7 +22,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
 from PIL import Image
 
 from coverdrive.errors import SettingError
@@ -180,8 +179,7 @@ class _Picture:
 
 def _over_time(axes: Axes, trace: Trace, label: str, largest: float) -> Axes:
     axes.set(xlim=(0, trace.time[-1]), ylim=(0, 1.1 * largest), xlabel="time [s]", ylabel=label)
-    axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
-    axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+    axes.locator_params(nbins=5, steps=[1, 2, 5, 10])
     axes.grid(True)
     return axes
 
