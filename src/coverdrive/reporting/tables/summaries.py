@@ -90,16 +90,14 @@ def folds_table(folds: Sequence[Fold]) -> Table:
         if each.certificate is None or each.evaluation is None:
             rows.append((*places, "refused"))
             continue
-        found = each.evaluation
-        rates.append((each.certificate.epsilon, found.missed(each.certificate.unit).value, found.windows.value))
-        own = found.missed(each.certificate.unit)
-        shown = own.brief, percent(found.windows.value)
-        rows.append((*places, at_most(each.certificate.epsilon), *shown, found.sized))
-        rates[-1] += (found.size,)
+        found, bound = each.evaluation, each.certificate.epsilon
+        own, windows = found.missed(each.certificate.unit), found.windows.value
+        rates.append((bound, own.value, windows, found.size))
+        rows.append((*places, at_most(bound), own.brief, percent(windows), found.sized))
     if rates:
-        bound, own, windows, size = ((np.mean(each), min(each), max(each)) for each in zip(*rates, strict=True))
-        shares = ("{:.1%} ({:.1%}–{:.1%})".format(*each) for each in (bound, own, windows))
-        rows.append(("mean (range)", "", *shares, "{:.1f} ({:.1f}–{:.1f})".format(*size)))
+        *shares, size = ((np.mean(each), min(each), max(each)) for each in zip(*rates, strict=True))
+        said = ("{:.1%} ({:.1%}–{:.1%})".format(*each) for each in shares)
+        rows.append(("mean (range)", "", *said, "{:.1f} ({:.1f}–{:.1f})".format(*size)))
     columns = ("calibration", "test", "bound ε", "missed (95 %)", "windows", "set size")
     return columns_table("Scene groups in every role", columns, rows, "numbers of the scene groups of a side", first={})
 
