@@ -181,8 +181,8 @@ class Motorway(gymnasium.Env[Any, Any]):
             plan = driven(before, moved.scene, np.array([self._applied]), dt)
             self._steps.append(Step(Decision(self._paths, plan), moved))
         self._outcome = collision_at(len(self._scenes) - 1, self._scenes, dt, self.road)
-        _, lat, speed, heading = moved.scene.states[EGO].tolist()
-        edges = self.road.edges_at(moved.scene.lon[:1])[0]
+        lon, lat, speed, heading = moved.scene.states[EGO].tolist()
+        edges = self.road.edges_at(lon)
         off_road = not edges[0] <= lat <= edges[-1]
         ended = self._outcome is not None or off_road
         late = not ended and len(self._scenes) > self._last
@@ -190,7 +190,7 @@ class Motorway(gymnasium.Env[Any, Any]):
         reward, across = self._reward, speed * self._applied[1]
         missing = abs(speed * np.cos(heading) / reward.wanted_speed - 1)
         gained = 1 - missing - reward.discomfort * (self._applied[0] ** 2 + across**2)
-        info = self._info() | {"off_road": off_road}
+        info = self._info(off_road)
         self._show()
         return self._shown(moved.scene, self.road), dt * gained - reward.contact * ended, ended, late, info
 
@@ -249,16 +249,12 @@ class Motorway(gymnasium.Env[Any, Any]):
         if not self.action_space.contains(action):
             raise SettingError(f"an action is a whole number from 0 to 8, got {shown(action)}")
         side, faster = divmod(int(action), 3)
-        _, lat, speed, heading = self.scene.states[EGO].tolist()
-        place = self.scene.lon[:1], self.scene.lat[:1]
-        edges, there, own = (
-            self.road.edges_at(place[0])[0],
-            self.road.has_lane(place[0])[0],
-            self.road.lane_at(*place)[0],
-        )
-        lane = min(max(own + side - 1, 0), self.road.lanes - 1)
-        lane = lane if there[lane] else own
-        return _ACCELERATIONS[faster], lane_seeking(lat, speed, heading, float(edges[lane : lane + 2].mean()), 1.0)
+        road, (lon, lat, speed, heading) = self.road, self.scene.states[EGO].tolist()
+        own = int(road.lane_at(lon, lat))
+        lane = min(max(own + side - 1, 0), road.lanes - 1)
+        lane = lane if road.has_lane(lon)[lane] else own
+        centre = float(road.edges_at(lon)[lane : lane + 2].mean())
+        return _ACCELERATIONS[faster], lane_seeking(lat, speed, heading, centre, 1.0)
 
     def _allowed(self, wish: tuple[float, float], state: Float[np.ndarray, " 4"]) -> tuple[float, float]:
         """The nearest inputs that the limits of the car allow."""
@@ -277,14 +273,14 @@ class Motorway(gymnasium.Env[Any, Any]):
         if self._view is not None:
             self._view.show(*self._seen())
 
-    def _info(self) -> dict[str, Any]:
+    def _info(self, off_road: bool = False) -> dict[str, Any]:
         """How it went, and what is predicted if it is asked for."""
         found = self._outcome
         info: dict[str, Any] = {
             "collision": found.kind.value if found else "",
             "at_fault": found.at_fault.value if found else "",
             "partner": found.partner if found and found.partner is not None else -1,
-            "off_road": False,
+            "off_road": off_road,
         }
         if self._predictor is not None and self._sets:
             with blaming("predictor", self._predictor):

@@ -64,8 +64,8 @@ def _around(scene: Scene, road: Road, slots: int) -> dict[str, np.ndarray]:
     mask[: len(order)] = np.asarray(scene.valid)[order]
     seen = np.concatenate([apart, states[:, 2:], 2 * scene.half_sizes], axis=1)[order]
     shown[: len(order)] = np.clip(seen, -_VEHICLE, _VEHICLE) * mask[: len(order), None]
-    lat, edges = states[EGO, 1], road.edges_at(scene.lon[:1])[0]
-    lane = road.lane_at(scene.lon[:1], scene.lat[:1])[0]
+    lon, lat = states[EGO, :2]
+    lane, edges = int(road.lane_at(lon, lat)), road.edges_at(lon)
     width = edges[lane + 1] - edges[lane]
     ways = [lat - edges[0], edges[-1] - lat, edges[lane] + width / 2 - lat, width]
     return {"vehicles": shown, "mask": mask, "road": np.clip(ways, -_FAR, _FAR).astype(np.float32)}

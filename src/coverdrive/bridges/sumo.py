@@ -77,8 +77,7 @@ class Sumo:
         if command is not None:
             vehicle.setSpeedMode(ego, _UNCHECKED)
             vehicle.setLaneChangeMode(ego, _UNCHECKED)
-            x, y, speed, heading = self._own
-            x, y, speed, heading = moved((x, y, speed, heading), (command.acceleration, command.yaw_rate), self._period)
+            x, y, speed, heading = moved(self._own, (command.acceleration, command.yaw_rate), self._period)
             self._own, ahead = (float(x), float(y), float(speed), float(heading)), vehicle.getLength(ego) / 2
             front = self._own[0] + ahead * math.cos(heading), self._own[1] + ahead * math.sin(heading)
             vehicle.moveToXY(ego, "", _ANYWHERE, *front, 90 - math.degrees(heading), _FREELY)
