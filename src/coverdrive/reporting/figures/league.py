@@ -31,50 +31,39 @@ def league_figure(table: pl.DataFrame) -> Figure | None:
 
 
 def _panel(world: pl.DataFrame, planners: list[str]) -> Panel:
-    rows = world.to_dicts()
-    marks: list[Mark] = [_frontier(rows)]
-    for row in rows:
+    posed, drives = world["solved"][0] is not None, pl.col("drives")
+    measure, factor = ("solved", 100) if posed else ("mean_speed", 1)
+    world = world.with_columns(
+        risk=100 * pl.col("at_fault") / drives,
+        low=100 * pl.col("at_fault_low"),
+        high=100 * pl.col("at_fault_high"),
+        progress=100 * pl.col("solved") / drives if posed else pl.col("mean_speed"),
+        least=factor * pl.col(f"{measure}_low"),
+        most=factor * pl.col(f"{measure}_high"),
+    )
+    marks: list[Mark] = [_frontier(world)]
+    for row in world.iter_rows(named=True):
         marks += _marks(row, planners.index(row["planner"]))
-    x = Axis("collisions at fault [%]")
-    y = Axis("solved [%]" if rows[0]["solved"] is not None else "mean speed [m/s]")
-    name = rows[0]["world"]
+    name = str(world["world"][0])
     short = name if len(name) <= _LETTERS else f"…{name[1 - _LETTERS :]}"  # the table has all of it
-    return Panel(marks, x, y, title=f"{short} ({rows[0]['drives']} drives)")
+    x, y = Axis("collisions at fault [%]"), Axis("solved [%]" if posed else "mean speed [m/s]")
+    return Panel(marks, x, y, title=f"{short} ({world['drives'][0]} drives)")
 
 
-def _risk(row: dict[str, Any]) -> float:
-    """[%] of the drives."""
-    return 100 * row["at_fault"] / row["drives"]
-
-
-def _progress(row: dict[str, Any]) -> tuple[float, str, float]:
-    """[%] of the problems or [m/s], the name of it, and by what its interval is multiplied."""
-    if row["solved"] is not None:
-        return 100 * row["solved"] / row["drives"], "solved", 100
-    return row["mean_speed"], "mean_speed", 1
-
-
-def _frontier(rows: list[dict[str, Any]]) -> Line:
+def _frontier(world: pl.DataFrame) -> Line:
     """Those than whom nobody is both safer and faster."""
-    best, x, y = float("-inf"), list[float](), list[float]()
-    for row in sorted(rows, key=lambda row: (_risk(row), -_progress(row)[0])):
-        if (progress := _progress(row)[0]) > best:
-            best = progress
-            x.append(_risk(row))
-            y.append(best)
-    return Line(x=x, y=y, colour=style.GREY, width=0.8, dashed=True)
+    faster = pl.col("progress") > pl.col("progress").cum_max().shift(fill_value=float("-inf"))
+    best = world.sort("risk", "progress", descending=[False, True]).filter(faster)
+    return Line(x=best["risk"].to_list(), y=best["progress"].to_list(), colour=style.GREY, width=0.8, dashed=True)
 
 
 def _marks(row: dict[str, Any], number: int) -> list[Mark]:
-    progress, name, factor = _progress(row)
-    low, high = (None if row[end] is None else 100 * row[end] for end in ("at_fault_low", "at_fault_high"))
+    low, high = row["low"], row["high"]
     count = f"{row['at_fault']} of {row['drives']} collided at fault"
     count += "" if low is None else f" ({low:.2g}–{high:.2g} %)"
-    gained = f"{progress:.2f} m/s" if factor == 1 else f"{row['solved']} solved"
-    ends = (row[f"{name}_{end}"] for end in ("low", "high"))
-    least, most = (None if end is None else factor * end for end in ends)
+    gained = f"{row['progress']:.2f} m/s" if row["solved"] is None else f"{row['solved']} solved"
     return crossed(
-        _risk(row), progress, (low, high), (least, most), f"{row['planner']}\n{count}\n{gained}",
+        row["risk"], row["progress"], (low, high), (row["least"], row["most"]), f"{row['planner']}\n{count}\n{gained}",
         colour=style.CYCLE[number % len(style.CYCLE)], marker=style.MARKERS[number % len(style.MARKERS)],
         name=row["planner"],
     )  # fmt: skip
