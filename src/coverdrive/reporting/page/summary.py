@@ -60,8 +60,9 @@ def verdict(contents: Contents) -> str:
     if contents.driven is not None:
         return f"{contents.proved}; {_mean(contents.driven, 'mean_speed'):.1f} m/s on average."
     certificate, observed = contents.certified.driven[0], _observed(contents)
+    bounded = "any share may be" if certificate.epsilon >= 1 else f"at most {at_most(certificate.epsilon, 3)} are"
     missed = (
-        f"of {whose(certificate)} {_bounded(certificate)} missed by their predicted sets "
+        f"of {whose(certificate)} {bounded} missed by their predicted sets "
         f"({strength(certificate)}), and {percent(observed.value)} were on scenes that did not train the predictor."
     )
     if contents.trials is None:
@@ -179,10 +180,6 @@ def _observed(contents: Contents) -> Rate:
     """How many were missed on scenes that did not train, of what the certificate counts."""
     certificate, evaluation = contents.certified.driven
     return evaluation.missed(certificate.unit)
-
-
-def _bounded(certificate: Certificate) -> str:
-    return "any share may be" if certificate.epsilon >= 1 else f"at most {at_most(certificate.epsilon, 3)} are"
 
 
 def ends(contents: Contents) -> str:
