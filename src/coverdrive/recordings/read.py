@@ -51,8 +51,6 @@ MOST_NAMED = 3
 
 Groups = Int[np.ndarray, "..."]
 
-_IDENTITY = pl.col("identity")
-
 
 def read(
     paths: Path | str | Sequence[Path | str],
@@ -180,7 +178,7 @@ def _told_apart(reading: Reading, file: Path, namesakes: dict[str, list[Path]]) 
         return reading
     recording = reading.recording
     keys = vehicle_keys(f"{recording.name} ({number})", recording.table["vehicle"].to_numpy())
-    return reading._replace(recording=replace(recording, table=recording.table.with_columns(identity=pl.Series(keys))))
+    return reading._replace(recording=_with(recording, identity=pl.Series(keys)))
 
 
 def _cut(readings: tuple[Reading, ...]) -> tuple[Reading, ...]:
@@ -192,7 +190,7 @@ def _cut(readings: tuple[Reading, ...]) -> tuple[Reading, ...]:
     samples = round(BLOCK / dt)
     block = (pl.col("time") / dt).round().cast(pl.Int64) // samples
     return tuple(
-        Reading(_regrouped(reading.recording, block), replace(reading.raw, group=reading.raw.moment // samples))
+        Reading(_with(reading.recording, group=block), replace(reading.raw, group=reading.raw.moment // samples))
         for reading in readings
     )
 
@@ -212,7 +210,7 @@ def _grouped(readings: list[Reading], origin: list[int]) -> tuple[Recording, ...
     groups = (pl.Series(np.searchsorted(used, component[numbers]), dtype=pl.Int64) for numbers in tables)
     one, call = _one_of(readings, shared), uuid4().hex
     return tuple(
-        _regrouped(reading.recording, group, pl.col("identity").replace(one), call)
+        _with(reading.recording, call, group=group, identity=pl.col("identity").replace(one))
         for reading, group in zip(readings, groups, strict=True)
     )
 
@@ -243,10 +241,8 @@ def _linked(first: Groups, second: Groups, count: int) -> Groups:
     return connected_components(links, directed=False)[1]
 
 
-def _regrouped(
-    recording: Recording, group: pl.Series | pl.Expr, identity: pl.Expr = _IDENTITY, call: str = ""
-) -> Recording:
-    return replace(recording, table=recording.table.with_columns(group=group, identity=identity), call=call)
+def _with(recording: Recording, call: str = "", **columns: pl.Series | pl.Expr) -> Recording:
+    return replace(recording, table=recording.table.with_columns(**columns), call=call)
 
 
 def _numbered(readings: list[Reading], origin: list[int]) -> tuple[list[Groups], list[Groups]]:
