@@ -20,7 +20,7 @@ from coverdrive.recordings.tracks.smoothing import SmoothingSettings
 from coverdrive.road import Road
 from coverdrive.road_ahead import controls
 from coverdrive.scene import Scene
-from coverdrive.settings import checked
+from coverdrive.settings import checked, merged
 from coverdrive.simulation.drives.episode import decide
 from coverdrive.simulation.predictor import Belief, check_belief, check_period
 from coverdrive.simulation.roads.initial import EGO
@@ -166,13 +166,7 @@ def adapted(settings: PlannerSettings, **wishes: float) -> PlannerSettings:
     Raises:
         SettingError: a value is not allowed.
     """
-    values = settings.model_dump()
-    problem = values["problem"]
-    for name, table, key in (
-        ("length", problem["vehicle"], "length"),
-        ("width", problem["vehicle"], "width"),
-        ("wanted_speed", problem["cost"], "reference_speed"),
-        ("budget", values, "budget"),
-    ):
-        table[key] = wishes.get(name, table[key])
-    return checked(PlannerSettings, values)
+    vehicle = {name: wishes.get(name) for name in ("length", "width")}
+    problem = {"vehicle": vehicle, "cost": {"reference_speed": wishes.get("wanted_speed")}}
+    changes = {"problem": problem, "budget": wishes.get("budget")}
+    return checked(PlannerSettings, merged(settings.model_dump(), changes))
