@@ -34,7 +34,7 @@ from coverdrive.recordings.formats.reader import (
 )
 from coverdrive.recordings.map_tracks import MapTracks, readings_from_map
 from coverdrive.recordings.recording import Recording, vehicle_keys
-from coverdrive.recordings.tracks.numbering import Numbers, same_numbers, site_of
+from coverdrive.recordings.tracks.numbering import Numbers, same_numbers
 from coverdrive.recordings.tracks.overlap import shared_vehicles
 from coverdrive.recordings.tracks.reading import Reading, tracks_of
 from coverdrive.recordings.tracks.resampling import STEP, check_step, resampled
@@ -202,8 +202,7 @@ def _grouped(readings: list[Reading], origin: list[int]) -> tuple[Recording, ...
     tracks = [replace(reading.raw, group=group) for reading, group in zip(readings, raw, strict=True)]
     names = [reading.recording.name for reading in readings]
     worth: list[Numbers] = [numbers_of(reading.recording) for reading in readings]
-    numbered = same_numbers(tracks, origin, [site_of(name) for name in names], worth)
-    shared = pl.concat([shared_vehicles(tracks, raw, origin, steps), numbered])
+    shared = pl.concat([shared_vehicles(tracks, origin, steps), same_numbers(tracks, origin, names, worth)])
     count = max(int(numbers.max()) for numbers in (*raw, *tables)) + 1
     component = _linked(shared["group"].to_numpy(), shared["group_b"].to_numpy(), count)
     used = np.unique(np.concatenate([component[numbers] for numbers in tables]))

@@ -26,7 +26,8 @@ def sizes_of(seed: int, vehicles: int = 60) -> np.ndarray:
 def pairs(*tracks: RawTracks, sites: str = "", numbers: Numbers = "unsaid", files: str = "") -> set[tuple[int, ...]]:
     count = len(tracks)
     named = [int(file) for file in files] or list(range(count))
-    found = same_numbers(tracks, named, list(sites) or [""] * count, [numbers] * count)
+    names = [f"DEU_{site}-1_1_T-1" for site in sites] or [""] * count
+    found = same_numbers(tracks, named, names, [numbers] * count)
     return {tuple(row) for row in found.select("recording", "recording_b", "vehicle", "vehicle_b").iter_rows()}
 
 

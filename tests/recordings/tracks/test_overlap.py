@@ -1,5 +1,7 @@
 """Shared vehicles are found at any offset of clocks and numbers, and only they."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -29,9 +31,13 @@ def raw_of(values: np.ndarray, first_vehicle: int = 0, first_moment: int = 0) ->
     return RawTracks(vehicle, moment, zero, zero, zero, zero, values.ravel(), 0 * vehicle)
 
 
+def numbered(tracks: Sequence[RawTracks]) -> list[RawTracks]:
+    """Each recording as a group of its own."""
+    return [replace(track, group=np.full(len(track.vehicle), number)) for number, track in enumerate(tracks)]
+
+
 def pairs_of(*tracks: RawTracks, files: list[int] | None = None) -> list[tuple[int, int]]:
-    groups = [np.full(len(track.vehicle), number) for number, track in enumerate(tracks)]
-    return group_pairs(shared_vehicles(tracks, groups, files or list(range(len(tracks))), [0.1] * len(tracks)))
+    return group_pairs(shared_vehicles(numbered(tracks), files or list(range(len(tracks))), [0.1] * len(tracks)))
 
 
 def group_pairs(shared: pl.DataFrame) -> list[tuple[int, int]]:
@@ -47,7 +53,7 @@ def test_cuts_of_one_original_are_found():
 def test_the_same_vehicles_are_paired_and_only_they():
     original = 15 + 3 * (speeds(0) - 15)
     early, late = raw_of(original[:6, :70]), raw_of(original[2:, 40:], first_vehicle=500, first_moment=3)
-    shared = shared_vehicles([early, late], [0 * early.vehicle, 1 + 0 * late.vehicle], [0, 1], [0.1, 0.1])
+    shared = shared_vehicles(numbered([early, late]), [0, 1], [0.1, 0.1])
     assert sorted(shared.select("vehicle", "vehicle_b").iter_rows()) == [(v, 498 + v) for v in range(2, 6)]
 
 
@@ -69,9 +75,7 @@ def test_rounded_copies_are_found_at_50_hz():
         fine = np.repeat(3 * speeds(seed, moments=80), 5, axis=1)
         fine = np.apply_along_axis(lambda row: np.convolve(row, np.ones(5) / 5, "valid"), 1, fine)
         copies = [raw_of(fine), raw_of(np.round(fine, 2))]
-        shared = shared_vehicles(
-            copies, [number + 0 * each.vehicle for number, each in enumerate(copies)], [0, 1], [0.02] * 2
-        )
+        shared = shared_vehicles(numbered(copies), [0, 1], [0.02] * 2)
         assert group_pairs(shared) == [(0, 1)]
 
 
@@ -109,23 +113,22 @@ def test_frames_of_25_hz_prove_no_more_than_those_of_10_hz():
     uneven = 20 + 2 * np.sin(np.arange(100) * 0.04 * 4)[None]
     for rows, found in ((40, 0), (100, 1)):
         short = raw_of(uneven[:, :rows])
-        groups = [0 * short.vehicle, 0 * short.vehicle + 1]
-        assert len(shared_vehicles([short, short], groups, [0, 1], [0.04, 0.04])) == found
-        assert len(shared_vehicles([short, short], groups, [0, 1], [0.1, 0.04])) == 0
+        both = numbered([short, short])
+        assert len(shared_vehicles(both, [0, 1], [0.04, 0.04])) == found
+        assert len(shared_vehicles(both, [0, 1], [0.1, 0.04])) == 0
 
 
 def test_what_is_found_does_not_depend_on_how_much_is_compared_at_once(monkeypatch: pytest.MonkeyPatch):
     original = 15 + 3 * (speeds(0) - 15)
     cuts = [raw_of(original[:, start : start + 60], first_vehicle=10 * start) for start in (0, 10, 20, 30)]
-    tracks = [*cuts, raw_of(speeds(1))]
-    groups, calls = [np.full(len(track.vehicle), number) for number, track in enumerate(tracks)], list[int]()
+    tracks, calls = numbered([*cuts, raw_of(speeds(1))]), list[int]()
     compare = overlap._shared
     monkeypatch.setattr(overlap, "_shared", lambda *given: calls.append(len(given[2])) or compare(*given))
     found, most = [], []
     for at_once in (overlap.AT_ONCE, 1000, 1):
         monkeypatch.setattr(overlap, "AT_ONCE", at_once)
         calls.clear()
-        found.append(shared_vehicles(tracks, groups, range(len(tracks)), [0.1] * len(tracks)))
+        found.append(shared_vehicles(tracks, range(len(tracks)), [0.1] * len(tracks)))
         most.append(max(calls))
     assert len(found[0]) >= 6 * 8 and all(each.equals(found[0]) for each in found[1:])
     assert most[0] >= 24 > most[1] >= most[2] == 8  # those of three other cuts, and of one
@@ -139,8 +142,9 @@ def test_recordings_of_one_file_are_not_compared():
 def test_only_the_groups_that_overlap_are_paired():
     original = speeds(0, moments=200)
     long, short = raw_of(original), raw_of(original[:, 130:170])
-    groups = [np.where(long.moment < 100, 0, 1), np.full(len(short.vehicle), 2)]
-    assert group_pairs(shared_vehicles([long, short], groups, [0, 1], [0.1, 0.1])) == [(1, 2)]
+    long = replace(long, group=np.where(long.moment < 100, 0, 1))
+    short = replace(short, group=np.full(len(short.vehicle), 2))
+    assert group_pairs(shared_vehicles([long, short], [0, 1], [0.1, 0.1])) == [(1, 2)]
 
 
 @pytest.mark.real_data

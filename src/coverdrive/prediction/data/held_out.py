@@ -23,7 +23,7 @@ from coverdrive.prediction.data.segments import Segments
 from coverdrive.prediction.data.split import Split
 from coverdrive.recordings.read import numbers_of, together
 from coverdrive.recordings.recording import IDENTITY, Recording
-from coverdrive.recordings.tracks.numbering import Numbers, same_numbers, site_of
+from coverdrive.recordings.tracks.numbering import Numbers, same_numbers
 from coverdrive.recordings.tracks.overlap import shared_vehicles
 from coverdrive.recordings.tracks.reading import tracks_of
 from coverdrive.recordings.tracks.repair import RawTracks
@@ -127,10 +127,9 @@ class Seen:
         sources = [self.sources[part["recording"][0]] for part in parts]
         names = [*(each.name for each in sources), recording.name]
         tracks, files = [*map(_raw, parts), tracks_of(recording)], [0] * len(parts) + [1]
-        groups, steps = [each.group for each in tracks], [*(each.dt for each in sources), recording.dt]
+        steps = [*(each.dt for each in sources), recording.dt]
         worth: list[Numbers] = [*(each.numbers for each in sources), numbers_of(recording)]
-        by_number = same_numbers(tracks, files, [site_of(name) for name in names], worth)
-        pairs = pl.concat([shared_vehicles(tracks, groups, files, steps), by_number])
+        pairs = pl.concat([shared_vehicles(tracks, files, steps), same_numbers(tracks, files, names, worth)])
         if pairs.is_empty():
             return ""
         count, where = pairs["vehicle_b"].n_unique(), [names[number] for number in pairs["recording"].unique().sort()]

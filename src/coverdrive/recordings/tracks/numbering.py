@@ -41,20 +41,20 @@ def site_of(name: str) -> str:
 
 
 def same_numbers(
-    tracks: Sequence[RawTracks], files: Sequence[int], sites: Sequence[str], numbers: Sequence[Numbers]
+    tracks: Sequence[RawTracks], files: Sequence[int], names: Sequence[str], numbers: Sequence[Numbers]
 ) -> pl.DataFrame:
     """The vehicles that two recordings of different files show: the columns of `SHARED`, a row for each pair of groups.
 
     Args:
         tracks: of each recording, whose groups are numbered through all of them.
         files: number of the file that each is from.
-        sites: where each was recorded.
+        names: of the recordings, whose sites are compared.
         numbers: what those in the file of each mean.
     """
     told = [number for number, worth in enumerate(numbers) if worth != "restart"]
     if len({files[number] for number in told}) < 2:
         return pl.DataFrame(schema=SHARED)
-    shown = pl.concat(_vehicles(tracks[each], each, files[each], sites[each], numbers[each]) for each in told)
+    shown = pl.concat(_vehicles(tracks[each], each, files[each], names[each], numbers[each]) for each in told)
     pairs = shown.join(shown, on=("site", "vehicle"), suffix="_b").filter(pl.col("file") < pl.col("file_b"))
     alike = pl.all_horizontal((pl.col(name) - pl.col(f"{name}_b")).abs() < ALIKE for name in _SIZE)
     pairs = pairs.with_columns(alike=alike, vehicle_b="vehicle")
@@ -68,13 +68,11 @@ def same_numbers(
     return found.select(SHARED.names()).sort(SHARED.names())
 
 
-def _vehicles(track: RawTracks, recording: int, file: int, site: str, worth: Numbers) -> pl.DataFrame:
+def _vehicles(track: RawTracks, recording: int, file: int, name: str, worth: Numbers) -> pl.DataFrame:
     """A row for each vehicle and group of a recording, with its size [m]."""
-    names = ("vehicle", "group", *_SIZE)
-    table = pl.DataFrame({name: getattr(track, name) for name in names}).with_columns(
-        pl.col(_SIZE).median().over("vehicle")
-    )
-    about = {"recording": pl.lit(recording, pl.Int64), "file": pl.lit(file, pl.Int64), "site": pl.lit(site)}
+    table = pl.DataFrame({each: getattr(track, each) for each in ("vehicle", "group", *_SIZE)})
+    table = table.with_columns(pl.col(_SIZE).median().over("vehicle"))
+    about = {"recording": pl.lit(recording, pl.Int64), "file": pl.lit(file, pl.Int64), "site": pl.lit(site_of(name))}
     return table.unique(["vehicle", "group"]).with_columns(**about, worth=pl.lit(worth))
 
 

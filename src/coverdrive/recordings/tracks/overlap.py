@@ -12,7 +12,6 @@ from itertools import pairwise
 
 import numpy as np
 import polars as pl
-from jaxtyping import Int
 
 from coverdrive.recordings.tracks.repair import RawTracks
 
@@ -47,22 +46,17 @@ SHARED = pl.Schema({f"{name}{side}": pl.Int64 for side in ("", "_b") for name in
 """A vehicle in a group of one recording, and the same vehicle in one of another"""
 
 
-def shared_vehicles(
-    tracks: Sequence[RawTracks],
-    groups: Sequence[Int[np.ndarray, "..."]],
-    files: Sequence[int],
-    steps: Sequence[float],
-) -> pl.DataFrame:
+def shared_vehicles(tracks: Sequence[RawTracks], files: Sequence[int], steps: Sequence[float]) -> pl.DataFrame:
     """The vehicles that two recordings share at the same time: recording, vehicle and group, and those ``_b`` there.
 
-    A pair of vehicles has a row for each pair of groups that they share. ``groups`` are those of every row of each of
-    the tracks, numbered through all of them; ``files`` the file that each of the recordings is from: those of one file
-    are not compared; ``steps`` the time [s] between their rows: those of different ones are neither.
+    A pair of vehicles has a row for each pair of groups that they share, which are numbered through all of the tracks.
+    ``files`` are the file that each of the recordings is from: those of one file are not compared; ``steps`` the time
+    [s] between their rows: those of different ones are neither.
     """
     if len(set(files)) < 2:
         return pl.DataFrame(schema=SHARED)
     every = [math.ceil(SPACING / step - 0.01) for step in steps]
-    ordered = [_ordered(track, group) for track, group in zip(tracks, groups, strict=True)]
+    ordered = [_ordered(track) for track in tracks]
     tables = [(number, each) for number, table in enumerate(ordered) for each in (table, _without_held(table))]
     runs = pl.concat([_runs(table, number, every[number]) for number, table in tables])
     runs = runs.join(pl.DataFrame({"recording": range(len(files)), "file": files}), on="recording")
@@ -85,9 +79,9 @@ def shared_vehicles(
     return pl.concat(shared, how="vertical_relaxed")
 
 
-def _ordered(track: RawTracks, group: Int[np.ndarray, " R"]) -> pl.DataFrame:
+def _ordered(track: RawTracks) -> pl.DataFrame:
     """One row per vehicle and moment, sorted."""
-    table = pl.DataFrame({"vehicle": track.vehicle, "moment": track.moment, "speed": track.speed, "group": group})
+    table = pl.DataFrame({name: getattr(track, name) for name in ("vehicle", "moment", "speed", "group")})
     return table.unique(["vehicle", "moment"], keep="first", maintain_order=True).sort("vehicle", "moment")
 
 
