@@ -5,6 +5,7 @@ the 25 frames per second of MONA are those that its own converter to CommonRoad 
 """
 
 from collections import Counter
+from functools import partial
 from pathlib import Path
 
 import polars as pl
@@ -29,12 +30,8 @@ def read_interaction(file: Path, how: How) -> list[MapTracks]:
     repairs: Counter[str] = Counter()
     rows = read_table(file, INTERACTION.split(), repairs)
     table = _shared(rows).with_columns(rows["vx"], rows["vy"], time=rows["timestamp_ms"] / 1000)
-    return [MapTracks(name_of(file), with_kinds(table, repairs), origin=_origin, repairs=repairs)]
-
-
-def _origin(zone: int) -> tuple[float, float]:
-    """Maps of INTERACTION are drawn around the place where the equator meets the zero meridian."""
-    return utm(0.0, 0.0, zone)
+    origin = partial(utm, 0.0, 0.0)  # where the equator meets the zero meridian
+    return [MapTracks(name_of(file), with_kinds(table, repairs), origin=origin, repairs=repairs)]
 
 
 def read_mona(file: Path, how: How) -> list[MapTracks]:

@@ -68,7 +68,7 @@ def with_partial_lanes(parts: Sequence[RawTracks], edges: Float[np.ndarray, " E"
     places = np.tile([-np.inf, np.inf], (len(edges) - 1, 1))
     for side in (1, -1):  # the right side, then the left one, as if it were the right one
         ordered, there = side * edges[::side], places[::side]
-        for lane in range(_going_on(places) - 1):
+        for lane in range(int(np.isinf(places).all(axis=1).sum()) - 1):
             found = _extent(starts, lon, ordered[lane + 1] - side * lat)
             if found is None or (lane and not _holds(found.place, there[lane - 1])):
                 break
@@ -81,11 +81,6 @@ def with_partial_lanes(parts: Sequence[RawTracks], edges: Float[np.ndarray, " E"
     sides = {"right": int(whole[0]), "left": int(len(places) - 1 - whole[-1])}
     told = "".join(f"; begin or end on the {side}: {count}" for side, count in sides.items() if count)
     return Lanes(right, edges, _changing(edges, places, int(whole[0])) if told else None, told)
-
-
-def _going_on(places: Float[np.ndarray, "L 2"]) -> int:
-    """The number of lanes that neither begin nor end."""
-    return int(np.isinf(places).all(axis=1).sum())
 
 
 def _holds(outer: Float[np.ndarray, " 2"], inner: Float[np.ndarray, " 2"]) -> bool:
