@@ -222,14 +222,11 @@ def check_vehicles(table: pl.DataFrame, dt: float, road: Road) -> None:
     there are few, all may be motorcycles, or trucks.
     """
     rows, vehicles = Rows(table, dt, road), table["vehicle"].n_unique()
-    wrong = (
-        rows.of("vehicle")[np.append(rows.jumps, False)],
-        rows.of("vehicle")[rows.starts[rows.off_course(rows.of("heading"))]],
-    )
+    vehicle, drift = rows.of("vehicle"), rows.off_course(rows.of("heading"))
     looked_at = [_measures, _speeds]
     if vehicles >= ENOUGH:
         looked_at.insert(0, _usual)
-    if len(np.union1d(*wrong)) > MOST_IMPLAUSIBLE * vehicles:
+    if len(np.union1d(vehicle[:-1][rows.jumps], vehicle[rows.starts[drift]])) > MOST_IMPLAUSIBLE * vehicles:
         looked_at.append(_motion)
     for problem in chain.from_iterable(problems(rows) for problems in looked_at):
         raise DataError(problem)
@@ -434,12 +431,9 @@ def _place(rows: Rows) -> Iterator[str]:
             "vehicles that follow it: choose a road without crossings"
         )
     edges = rows.road.edges_at(rows.of("lon"))
+    right, left = edges[:, 0].min() - BESIDE, edges[:, -1].max() + BESIDE
     limits = {
-        "lat": (
-            edges[:, 0].min() - BESIDE,
-            edges[:, -1].max() + BESIDE,
-            "lat is 0 at the right edge and grows to the left",
-        ),
+        "lat": (right, left, "lat is 0 at the right edge and grows to the left"),
         "lon": (-BEYOND, float(rows.road.length) + BEYOND, "give the road its length, or shift lon"),
     }
     for name, (least, most, hint) in limits.items():
