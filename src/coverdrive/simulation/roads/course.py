@@ -42,12 +42,8 @@ class Course:
             return np.outer([-np.inf, np.inf], np.ones(self.road.lanes))
         whole = np.diff(self.road.edges_at(self._spots), axis=-1) >= _WHOLE * np.diff(edges)
         first, last = whole.argmax(0), len(whole) - 1 - whole[::-1].argmax(0)
-        return np.stack(
-            [
-                np.where(first == 0, -np.inf, self._spots[first]),
-                np.where(last == len(whole) - 1, np.inf, self._spots[last]),
-            ]
-        )
+        begins = np.where(first == 0, -np.inf, self._spots[first])
+        return np.stack([begins, np.where(last == len(whole) - 1, np.inf, self._spots[last])])
 
     @cached_property
     def way_out(self) -> Int[np.ndarray, " L"]:
