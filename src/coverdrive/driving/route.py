@@ -116,14 +116,13 @@ def drawn_near(
     reach = farthest(speed, time) + _BEYOND
 
     def draw(lanes: list[DrawnLane]) -> Road:
-        first: DataError | None = None
+        problems = list[DataError]()
         most = min(reach, float(np.hypot(*np.diff(lanes[0].left, axis=0).T).sum()))
         for ahead, behind in product(_SHARES_AHEAD, _SHARES_BEHIND):
             try:
                 return drawn_road([lanes[0].cut(start, behind * _BEHIND, ahead * most), *lanes[1:]], touching)
             except DataError as error:
-                first = first or error
-        assert first is not None
-        raise first
+                problems.append(error)
+        raise problems[0]
 
     return draw
