@@ -30,7 +30,7 @@ from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.drives.outcome import Fault, Kind, Outcome
 from coverdrive.simulation.drives.trace import Trace
-from coverdrive.simulation.measures.trial import measure, table_of
+from coverdrive.simulation.measures.trial import SCHEMA, measure
 
 STEPS, HORIZON = 12, 4
 LONG = 200
@@ -171,7 +171,7 @@ def make_crowd(vehicles: int = 12, members: int = 6, points: int = 13, steps: in
 
 def make_trials(traces: dict[int, Trace]) -> pl.DataFrame:
     """The rows of some trials."""
-    return table_of([measure(trace, 0, trial) for trial, trace in traces.items()])
+    return pl.DataFrame([measure(trace, 0, trial) for trial, trace in traces.items()], schema=SCHEMA)
 
 
 def make_frontier() -> pl.DataFrame:

@@ -205,7 +205,7 @@ def drive(
         from coverdrive.results import Results
         from coverdrive.simulation.drives.outcome import Cause
         from coverdrive.simulation.drives.storage import save_trace
-        from coverdrive.simulation.measures.trial import measure, table_of
+        from coverdrive.simulation.measures.trial import measure
         from coverdrive.simulation.studies.driven_on import driven_on
     results = Results(folder)
     study = driven.study(results, driven.experiment(results, settings))
@@ -222,7 +222,7 @@ def drive(
     console.print("{kind} at {time:.1f} s with {vehicles} vehicles".format(**result))
     if result["cause"] != Cause.NONE:
         console.print("at fault: {at_fault}; {cause}".format(**result))
-    console.print(drives_table(table_of([result])))
+    console.print(drives_table(study.files.table_of([result])))
     console.print(f"Trace, snapshots and video are in {kept}")
     return {"drive": str(kept), **result}
 

@@ -1,7 +1,7 @@
 """The measures of one trial of a study in one flat row."""
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -146,8 +146,3 @@ def unstarted(seed: int, trial: int, vehicles: int, reason: str) -> Row:
     """The row of a trial that could not start."""
     known = {"trial": trial, "seed": seed, "vehicles": vehicles, "kind": Kind.NOT_STARTED.value, "reason": reason}
     return dict.fromkeys(COLUMNS) | known
-
-
-def table_of(rows: Sequence[Row]) -> pl.DataFrame:
-    """Rows as a table."""
-    return pl.DataFrame(rows, schema=SCHEMA)
