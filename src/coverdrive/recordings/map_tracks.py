@@ -205,7 +205,7 @@ def _mapped(file: Path, tracks: MapTracks, map: Path) -> list[Road]:
 
 def _on_map(side: pl.DataFrame, roads: list[Road]) -> tuple[RawTracks, Road, str]:
     """The rows of one direction in the frame of the road on which they are driven."""
-    found = driven_road(roads, lambda road: RawTracks.placed(side, *road.to_road(side["x"], side["y"])))
+    found = driven_road(roads, side)
     assert found is not None  # there are roads
     return found[1], found[0], "map"
 

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import polars as pl
 import pytest
 
 from coverdrive.errors import DataError
@@ -21,16 +22,27 @@ def tracks(*ways: tuple[float, float, float]) -> RawTracks:
     return RawTracks(vehicle, moment, start + share * (end - start), lat, 4 * ones, 2 * ones, ones, 0 * vehicle)
 
 
-def frames(*of_roads: RawTracks) -> tuple[list[Road], Any, list[Road]]:
-    """Roads with the tracks in the frame of each, and those of them that are looked at."""
+def frames(*of_roads: RawTracks) -> tuple[list[Road], pl.DataFrame, list[Road]]:
+    """Roads in whose frames the rows are as these tracks, the rows, and those of the roads that are looked at."""
     looked = list[Road]()
-    roads = [Road.straight(2) for _ in of_roads]
 
-    def place(road: Road) -> RawTracks:
-        looked.append(road)
-        return of_roads[[each is road for each in roads].index(True)]
+    def road(own: RawTracks) -> Road:
+        class Shown(Road):
+            def to_road(self, x: Any, y: Any) -> tuple[Any, Any]:
+                looked.append(self)
+                return own.lon, own.lat
 
-    return roads, place, looked
+        return Shown(Road.straight(2).edges, 1000.0)
+
+    names = ("vehicle", "moment", "length", "width", "speed")
+    rows = pl.DataFrame({name: getattr(of_roads[0], name) for name in names})
+    return [road(own) for own in of_roads], rows.with_columns(x=0.0, y=0.0), looked
+
+
+def assert_driven(found: Any, road: Road, own: RawTracks) -> None:
+    """This road is the one, with its tracks."""
+    assert found[0] is road
+    assert all(np.array_equal(getattr(found[1], name), values) for name, values in vars(own).items())
 
 
 def test_it_is_the_one_along_which_most_metres_are_driven_ahead():
@@ -38,21 +50,21 @@ def test_it_is_the_one_along_which_most_metres_are_driven_ahead():
         tracks((0, 90, 1.8), (0, 30, -20), (0, 30, -20)),
         tracks((0, 60, 40), (0, 29, 1.8), (0, 29, 1.8)),
     )
-    roads, place, _ = frames(many_near, few_far)
-    assert driven_road(roads, place) == (roads[1], few_far)
+    roads, rows, _ = frames(many_near, few_far)
+    assert_driven(driven_road(roads, rows), roads[1], few_far)
 
 
 def test_who_drives_back_does_not_count():
     against, along = tracks((300, 0, 1.8), (300, 0, 1.8), (0, 20, 1.8)), tracks((0, 20, 30), (0, 15, 1.8), (0, 15, 30))
-    roads, place, _ = frames(against, along)
-    assert driven_road(roads, place) == (roads[1], along)
+    roads, rows, _ = frames(against, along)
+    assert_driven(driven_road(roads, rows), roads[1], along)
 
 
 def test_no_road_is_looked_for_after_one_on_which_most_is_driven():
-    roads, place, looked = frames(tracks((0, 90, 1.8), (0, 80, -20)), tracks((0, 90, 1.8), (0, 90, 1.8)))
-    assert driven_road(roads, place) is not None
+    roads, rows, looked = frames(tracks((0, 90, 1.8), (0, 80, -20)), tracks((0, 90, 1.8), (0, 90, 1.8)))
+    assert driven_road(roads, rows) is not None
     assert looked == roads[:1]
-    assert driven_road([], place) is None
+    assert driven_road([], rows) is None
 
 
 def test_why_carriageways_are_no_roads_is_kept_and_a_lane_as_long_as_no_road_is_refused(lanelets: Any):

@@ -71,7 +71,7 @@ def _driven(file: Path, lanelets: list[Any], rows: pl.DataFrame, problems: list[
     """
     try:
         first, others = tee(roads_of(lanelets, problems))
-        found = driven_road(first, lambda road: _in_road_frame(rows, road))
+        found = driven_road(first, rows)
         if found is None:
             raise RecordingError(file, problems[0])
         return [found, *_apart(others, rows, *found)]
@@ -90,7 +90,7 @@ def _apart(roads: Iterable[Road], rows: pl.DataFrame, road: Road, raw: RawTracks
     left = rows.filter(~np.isin(raw.vehicle, raw.vehicle[on_road(raw, road)]))
     while len(left):
         roads = [other for other in roads if not _touch(other, road)]
-        found = driven_road(roads, lambda other, left=left: _in_road_frame(left, other))
+        found = driven_road(roads, left)
         if found is None or not (there := on_road(found[1], found[0])).any():
             return
         road, raw = found
@@ -122,10 +122,6 @@ def speed_limit(network: Any, through: Collection[int] = ()) -> float | None:
                     limit = float(element.additional_values[0])
                     limits[limit] = limits.get(limit, 0.0) + float(part.distance[-1])
     return max(limits, key=lambda limit: limits[limit], default=None)
-
-
-def _in_road_frame(rows: pl.DataFrame, road: Road) -> RawTracks:
-    return RawTracks.placed(rows, *road.to_road(rows["x"], rows["y"]))
 
 
 def _rows(file: Path, obstacles: list[Any], repairs: Counter[str]) -> pl.DataFrame:

@@ -8,6 +8,7 @@ from itertools import islice
 from typing import Any
 
 import numpy as np
+import polars as pl
 
 from coverdrive.errors import DataError
 from coverdrive.recordings.checks import LONGEST_ROAD
@@ -43,14 +44,15 @@ def roads_of(
         yield road
 
 
-def driven_road(roads: Iterable[Road], tracks: Callable[[Road], RawTracks]) -> tuple[Road, RawTracks] | None:
+def driven_road(roads: Iterable[Road], rows: pl.DataFrame) -> tuple[Road, RawTracks] | None:
     """The road, and where the vehicles are on it; None if there is none.
 
-    ``tracks`` puts them into the frame of a road. No other road is looked for if they are on one for most of their way.
+    Rows are those of `RawTracks.placed`, with x and y [m] in map coordinates. No other road is looked for if vehicles
+    are on one for most of their way.
     """
     best, farthest = None, -np.inf
     for road in roads:
-        raw = tracks(road)
+        raw = RawTracks.placed(rows, *road.to_road(rows["x"], rows["y"]))
         there, same = on_road(raw, road), np.diff(raw.vehicle) == 0
         ahead = float(np.sum(np.diff(raw.lon) * same * there[1:]))
         if ahead > farthest:
