@@ -77,21 +77,15 @@ def split_directions(file: Path, table: pl.DataFrame, repairs: Counter[str]) -> 
     counted(repairs, "crossing vehicles", int(crossing.sum()))
     sides = [moving & ~crossing & forward, moving & ~crossing & ~forward]
     sides.sort(key=np.sum, reverse=True)
-    across = (way["x_mean"].to_numpy() + 1j * way["y_mean"].to_numpy()) / axis
+    across = ((way["x_mean"].to_numpy() + 1j * way["y_mean"].to_numpy()) / axis).imag
     if sides[1].sum() <= FEW * moving.sum():
         counted(repairs, "vehicles the other way", int(sides[1].sum()))
         sides = [sides[0] | ~moving]
     else:
-        standing = ~moving[:, None] & _nearest(across.imag, sides)
-        sides = [side | standing[:, number] for number, side in enumerate(sides)]
+        away = np.stack([np.abs(across - np.median(across[side])) for side in sides])
+        sides = [side | (~moving & near) for side, near in zip(sides, away == away.min(axis=0), strict=True)]
     vehicles = [way["vehicle"].filter(pl.Series(side)) for side in sides]
     return [table.filter(pl.col("vehicle").is_in(own.implode())) for own in vehicles]
-
-
-def _nearest(across: Float[np.ndarray, " V"], sides: list[np.ndarray]) -> np.ndarray:
-    """Which side (V, 2) each vehicle is nearest to, by its mean position [m] across the road."""
-    away = np.stack([np.abs(across - np.median(across[side])) for side in sides], axis=-1)
-    return away == away.min(axis=-1, keepdims=True)
 
 
 def check_apart(file: Path, road: Road, other: pl.DataFrame) -> Literal["right", "left"]:
