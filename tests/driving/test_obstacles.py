@@ -113,5 +113,5 @@ def test_who_comes_near_a_narrow_road() -> None:
         (206.0, 1.8, -5.0, 0.0): True,
         (203.0, -8.5, 5.0, np.pi / 2): False,  # passes by beyond its end
     }
-    found = come_near(np.array(list(near)), np.tile([18.0, 2.5], (len(near), 1)), road)
+    found = come_near([(pose, (18.0, 2.5)) for pose in near], road)
     assert found.tolist() == list(near.values())

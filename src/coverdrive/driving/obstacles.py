@@ -1,5 +1,6 @@
 """The obstacles of a CommonRoad scenario: what a driver is told of them, and the tracks of those that are vehicles."""
 
+from collections.abc import Iterable
 from itertools import pairwise
 from math import ceil
 from types import SimpleNamespace
@@ -160,8 +161,9 @@ def near(points: Any, road: Road) -> Any:
     return within & (lon >= -VERGE) & (lon <= road.length + VERGE)
 
 
-def come_near(poses: Float[np.ndarray, "n 4"], sizes: Float[np.ndarray, "n 2"], road: Road) -> Bool[np.ndarray, " n"]:
-    """Which bodies are on a road, in part or beside it, or come there before long if they go on as they do."""
+def come_near(bodies: Iterable[Told], road: Road) -> Bool[np.ndarray, " n"]:
+    """Which of one or more bodies are on a road, in part or beside it, or come there soon if they go on as they do."""
+    poses, sizes = (np.array(each, dtype=float) for each in zip(*bodies, strict=True))
     x, y, speed, heading = poses.T
     lon, lat = road.to_road(x, y)
     edges, across = road.edges_at(lon), speed * np.sin(road.heading_to_road(lon, heading))

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 from shapely import contains_xy, get_coordinates, intersects_xy, prepare
 from shapely.geometry import Point, Polygon
 from shapely.geometry.base import BaseGeometry
@@ -76,7 +75,7 @@ class PlanningProblem:
             if there is not None:
                 parts = cut(there) if has_sets(obstacle) else [there]
                 seen |= {f"{number}, piece {k + 1}" if k else number: part for k, part in enumerate(parts)}
-        there = come_near(*_arrays(seen.values()), self.road) if seen else ()
+        there = come_near(seen.values(), self.road) if seen else ()
         return self._standing | {name: seen[name] for name, comes in zip(seen, there, strict=True) if comes}
 
     @cached_property
@@ -85,7 +84,7 @@ class PlanningProblem:
         found = dict[Hashable, Told]()
         for obstacle in self.scenario.static_obstacles:
             parts = pieces(obstacle.initial_state, obstacle.obstacle_shape)
-            for k, there in enumerate(come_near(*_arrays(parts), self.road)):
+            for k, there in enumerate(come_near(parts, self.road)):
                 if there:
                     number = int(obstacle.obstacle_id)
                     found[f"{number}, piece {k + 1}" if len(parts) > 1 else number] = parts[k]
@@ -348,12 +347,6 @@ def _surface_of(road: Road) -> BaseGeometry:
     lon = np.linspace(0.0, float(road.length), max(2, round(float(road.length) / 2)))
     right, left = (np.stack(road.to_map(lon, road.edges_at(lon)[:, side]), axis=-1) for side in (0, -1))
     return Polygon(np.concatenate([right, left[::-1]])).buffer(0)
-
-
-def _arrays(told: Iterable[Told]) -> tuple[Float[np.ndarray, "n 4"], Float[np.ndarray, "n 2"]]:
-    """States and sizes."""
-    states, sizes = (np.array(each, dtype=float) for each in zip(*told, strict=True))
-    return states, sizes
 
 
 def _interval(value: Any) -> Interval:
