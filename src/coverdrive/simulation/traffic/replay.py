@@ -119,8 +119,7 @@ class ReplayTraffic:
             scenario, first = self._scenarios[chosen], int(rng.integers(room[chosen]))
             found = self._place(scenario, first, settings, rng)
             if found is not None:
-                own, kept = found
-                return self._begin(scenario, first, own, kept, settings)
+                return self._begin(scenario, first, *found, settings)
         raise StartError(
             f"the ego of {settings.length} m fits nowhere into the recorded scenes with gaps of "
             f"{self._settings.gap} m in {_ATTEMPTS} attempts; give other recordings, or a smaller traffic.gap"
