@@ -15,7 +15,7 @@ from jaxtyping import Float, Num
 
 from coverdrive.errors import NoVehiclesError, RecordingError
 from coverdrive.recordings.files.boundary import naming
-from coverdrive.recordings.files.columns import LENGTH, WIDTH, check_whole, plausible_sizes
+from coverdrive.recordings.files.columns import LENGTH, WIDTH, plausible_rows
 from coverdrive.recordings.files.delimited import ROW
 from coverdrive.recordings.files.lanelet2 import Origin, read_lanelet2
 from coverdrive.recordings.files.times import MOST_UNEVEN, moments_of, time_step
@@ -124,8 +124,7 @@ def _regular(file: Path, tracks: MapTracks, repairs: Counter[str]) -> tuple[pl.D
     if ROW not in table.columns:
         table = table.with_row_index(ROW, 1)
     table = table.with_columns(**{name: value for name, value in usual.items() if name not in table.columns})
-    check_whole(file, table)
-    table = plausible_sizes(file, table.rename({"time": "clock"}), repairs)
+    table = plausible_rows(file, table.rename({"time": "clock"}), repairs)
     if tracks.dt is not None:
         check_time_step(file, tracks.dt, "the time between two frames")
     dt = tracks.dt or time_step(file, table, "times are in seconds")

@@ -90,7 +90,7 @@ def _texts(file: Path, values: pl.Series) -> pl.Series:
     return values.cast(pl.String).fill_null("").str.strip_chars().str.to_lowercase()
 
 
-def check_whole(file: Path, table: pl.DataFrame) -> None:
+def _check_whole(file: Path, table: pl.DataFrame) -> None:
     """Refuse numbers of vehicles, frames and lanes that are not whole or not exact, and vehicles below 0."""
     for name in (name for name in WHOLE if name in table.columns):
         number = table[name]
@@ -101,11 +101,12 @@ def check_whole(file: Path, table: pl.DataFrame) -> None:
             raise RecordingError(file, problem, table[ROW][row], name)
 
 
-def plausible_sizes(file: Path, table: pl.DataFrame, repairs: Counter[str]) -> pl.DataFrame:
+def plausible_rows(file: Path, table: pl.DataFrame, repairs: Counter[str]) -> pl.DataFrame:
     """With the usual size of the same vehicle, or of a car, where the file states one that no vehicle has.
 
-    ``repairs`` gains ``odd lengths`` and ``odd widths``.
+    Numbers that are not whole are refused. ``repairs`` gains ``odd lengths`` and ``odd widths``.
     """
+    _check_whole(file, table)
     for name, problem in wrong_usual_sizes(table["length"].to_numpy(), table["width"].to_numpy()):
         raise RecordingError(file, problem, None, name)
     for name, (least, most), usual in (("length", LENGTHS, LENGTH), ("width", WIDTHS, WIDTH)):

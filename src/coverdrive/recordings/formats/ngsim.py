@@ -16,13 +16,7 @@ from jaxtyping import Float, Int
 
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.checks import LONGEST_ROAD
-from coverdrive.recordings.files.columns import (
-    LENGTH,
-    WIDTH,
-    check_whole,
-    parquet_numbers,
-    plausible_sizes,
-)
+from coverdrive.recordings.files.columns import LENGTH, WIDTH, parquet_numbers, plausible_rows
 from coverdrive.recordings.files.delimited import ROW, Layout, csv_layout, read_columns
 from coverdrive.recordings.files.times import moments_of, time_step
 from coverdrive.recordings.formats.reader import AS_USUAL, How
@@ -122,8 +116,7 @@ def recordings_from_local(
     known ``lane`` and ``kind`` (in `KINDS`); all numbers are finite and below 2⁵³. ``repairs`` gains ``odd lengths``
     and ``odd widths``.
     """
-    check_whole(file, table)
-    table = plausible_sizes(file, table, repairs)
+    table = plausible_rows(file, table, repairs)
     clock = table["clock"].to_numpy()
     dt = time_step(file, table, "Global_Time is in milliseconds")
     moment = moments_of(file, clock - clock.min(), dt)
