@@ -8,7 +8,7 @@ import pytest
 
 from command import coverdrive
 from coverdrive.cli.learning.fit import Learning, fit
-from coverdrive.cli.shared.options import experiment_of
+from coverdrive.cli.shared.options import Files, experiment_of
 from coverdrive.config import Experiment
 from coverdrive.errors import DataError, SettingError
 from coverdrive.locks import alone
@@ -68,6 +68,20 @@ def test_two_do_not_learn_into_one_folder(monkeypatch: pytest.MonkeyPatch, recor
     with alone("results"), pytest.raises(DataError, match="another process writes to results"):
         saved(monkeypatch, recording=[recording])
     saved(monkeypatch, recording=[recording])
+
+
+def test_where_nothing_can_be_written_nothing_is_learned(monkeypatch: pytest.MonkeyPatch, recording: Path) -> None:
+    monkeypatch.setattr(fitting, "fit", lambda *_: pytest.fail("it learns"))
+    with pytest.raises(OSError):
+        fit(learning=Learning(recording=[recording], out=recording / "results"))
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("location", "us-101"), ("format", "NGSIM"), ("map", "a.osm"), ("dt", 0.2)]
+)
+def test_how_recordings_are_read_is_not_said_without_any(name: str, value: Any) -> None:
+    with pytest.raises(SettingError, match=f"--{name} says how recordings are read, and there are none"):
+        fit(learning=Learning(files=Files(**{name: value})))
 
 
 @pytest.mark.parametrize("options", [{"road": "paper"}, {"preset": "paper"}], ids=["road", "preset"])

@@ -8,7 +8,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from coverdrive.cli.shared.bars import stages, waiting
-from coverdrive.cli.shared.options import Folder, Roads, Traffics, console
+from coverdrive.cli.shared.options import Folder, Roads, Traffics, console, whole
 
 if TYPE_CHECKING:
     from coverdrive.results import Results
@@ -50,6 +50,7 @@ _Number = Number(gte=0, lte=9_999_999)
 Trial = Annotated[
     int | None,
     Parameter(
+        converter=whole,
         validator=_Number,
         help="Number of the trial, from 0, as in `--trial 7`; else the drive in which most happens.",
     ),
@@ -60,7 +61,7 @@ def report(
     folder: Folder = Path("results"),
     *,
     trial: Annotated[
-        list[Annotated[int, Parameter(validator=_Number)]] | None,
+        list[Annotated[int, Parameter(converter=whole, validator=_Number)]] | None,
         Parameter(
             consume_multiple=True,
             help="Trials to replay besides collisions, near misses and the liveliest, by their numbers from 0; as in "
@@ -70,6 +71,7 @@ def report(
     replays: Annotated[
         int,
         Parameter(
+            converter=whole,
             validator=Number(gte=0, lte=1000),
             help="Number of drives to replay at most, as in `--replays 3`: collisions, near misses, the liveliest.",
         ),

@@ -35,6 +35,23 @@ def test_the_width_of_a_folder_does_not_end_replays(
     assert asked == [width, 0.2]
 
 
+@pytest.mark.parametrize(
+    "said",
+    ["study --trials 1.5", "study --vehicles 3 4.5", "drive --trial 0.4", "report --trial 3 4.5", "fit --seed 1.6"],
+)
+def test_fractions_of_whole_numbers_are_not_rounded(said: str) -> None:
+    assert "whole numbers, got" in (complained := coverdrive(*said.split(), status=2)) or "into int" in complained
+
+
+def test_a_damaged_dial_is_told_before_anything_is_driven(quick_fit: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def damaged(_: Results) -> None:
+        raise SettingError("dialled.json is damaged")
+
+    monkeypatch.setattr(Results, "dialled", property(damaged))
+    monkeypatch.setattr(Study, "run", lambda *_, **__: pytest.fail("it drives"))
+    assert "dialled.json is damaged" in coverdrive("study", quick_fit, "--trials", "1", status=2)
+
+
 def test_a_combination_of_settings_is_driven_once(quick_fit: Path) -> None:
     swept = "study", quick_fit, "--set", "planner.problem.obstacles.order=2,4", "episode.duration=3,3.0"
     complained = coverdrive(*swept, status=2)

@@ -245,6 +245,18 @@ def test_trajectories_are_read_in_small_pieces(tmp_path: Path, monkeypatch: pyte
         read([path])
 
 
+@pytest.mark.parametrize("length", [0.0, 500.0])
+def test_a_vehicle_of_odd_length_is_where_one_of_the_usual_length_is(length: float, tmp_path: Path):
+    path = write_i24(tmp_path, FAST)
+    records = json.loads(path.read_text())
+    places = list[pl.DataFrame]()
+    for each in (length, 4.5 / 0.3048):
+        records[0]["length"] = each
+        path.write_text(json.dumps(records))
+        places.append(pl.concat([one.table.select("vehicle", "time", "lon", "length") for one in read([path])]))
+    assert places[0].select("lon", "length").to_numpy() == pytest.approx(places[1].select("lon", "length").to_numpy())
+
+
 def test_long_trajectories_are_recognised(tmp_path: Path):
     """The keys after the lists are a megabyte away."""
     path = write_i24(tmp_path, FAST)

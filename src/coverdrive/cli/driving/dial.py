@@ -59,11 +59,17 @@ def dial(
         ),
     ] = None,
     pilot: Annotated[
-        int, Parameter(validator=Number(gte=1), help="Drives at every scale that choose, as in `--pilot 200`.")
+        int,
+        Parameter(
+            converter=options.whole,
+            validator=Number(gte=1),
+            help="Drives at every scale that choose, as in `--pilot 200`.",
+        ),
     ] = 100,
     most: Annotated[
         int | None,
         Parameter(
+            converter=options.whole,
             validator=Number(gte=1),
             help="Drives to prove one scale at the most, as in `--most 5000`.",
             show_default=lambda _: "twice as many as are needed without a collision, of a single scale just as many",

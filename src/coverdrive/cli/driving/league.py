@@ -51,6 +51,7 @@ def league(
     trials: Annotated[
         int,
         Parameter(
+            converter=options.whole,
             validator=Number(gte=1),
             help="Drives of each in every world, as in `--trials 100`; of planning problems at most all of them.",
         ),

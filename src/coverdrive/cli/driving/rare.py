@@ -18,11 +18,16 @@ def rare(
     driven: Driven = AS_FITTED,
     particles: Annotated[
         int,
-        Parameter(validator=Number(gte=2), help="Drives that each repetition goes on with, as in `--particles 400`."),
+        Parameter(
+            converter=options.whole,
+            validator=Number(gte=2),
+            help="Drives that each repetition goes on with, as in `--particles 400`.",
+        ),
     ] = 200,
     repetitions: Annotated[
         int,
         Parameter(
+            converter=options.whole,
             validator=Number(gte=2),
             help="Independent repetitions, whose spread gives the standard error, as in `--repetitions 8`.",
         ),

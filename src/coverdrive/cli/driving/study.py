@@ -112,6 +112,7 @@ def study_and_print(
         from coverdrive.reporting.claim import proved_by
         from coverdrive.reporting.tables.study import collisions_table, drives_table, safety_table
         from coverdrive.simulation.studies.driven_on import driven_on
+    dialled = results.dialled  # a damaged one is told before hours of driving
     _run(study, size, cluster)
     place = driven_on(study.setup)
     console.print(place)
@@ -122,7 +123,7 @@ def study_and_print(
     console.print(drives_table(trials))
     proved = proved_by(study)
     console.print(f"• {proved}")
-    for line in said_of_dial(results.dialled, study.setup):
+    for line in said_of_dial(dialled, study.setup):
         console.print(f"• {line}")
     for number, reason in study.unstarted.select("trial", "reason").iter_rows():
         console.print(f"• Trial {number} could not start: {reason}")
@@ -184,6 +185,7 @@ def drive(
     trial: Annotated[
         int,
         Parameter(
+            converter=options.whole,
             validator=Number(gte=0, lte=9_999_999),
             help="Number of the trial, from 0, as in `--trial 7`: it gives the start and the traffic.",
         ),

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
@@ -11,6 +12,7 @@ from cyclopts.validators import Number
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
 from coverdrive.cli.shared.options import console, experiment_of
+from coverdrive.errors import SettingError
 from coverdrive.locks import alone
 
 if TYPE_CHECKING:
@@ -60,6 +62,7 @@ def fit(
     folds: Annotated[
         int | None,
         Parameter(
+            converter=options.whole,
             validator=Number(gte=3, lte=20),
             help="Fit with every pair of so many parts of the scene groups as calibration and test side, print the "
             "spread, and keep no predictor; as in `--folds 4`, which is 12 fits.",
@@ -108,6 +111,12 @@ def _recorded(learning: Learning, **parts: Any) -> "tuple[Experiment, Sequence[R
 
     paths, named = learning.recording or [], PLACES.get(learning.road or "")
     if not paths:
+        for name, value in vars(learning.files).items():
+            if value is not None:
+                raise SettingError(
+                    f"--{name} says how recordings are read, and there are none; name some with --recording, or leave "
+                    "it out to learn from generated traffic"
+                )
         place_of(learning.asked_road, None)  # refuses a recorded one before traffic is generated
     generated = None if paths else named and {**named.parts, "generated": named.road}
     experiment = learning.experiment(road=generated, **parts)
@@ -131,6 +140,8 @@ def fit_and_print(learning: Learning, results: "Results", **parts: Any) -> "Fit"
             usual = place.parts if name == "recorded" else {"planner": {"manners": manners}}
             experiment = learning.experiment(road=named and named.parts, usual=usual, **parts)
         with alone(results.folder):
+            results.folder.mkdir(parents=True, exist_ok=True)
+            TemporaryFile(dir=results.folder).close()  # fails before hours of learning, if ever
             result = fit(recordings, experiment.prediction, experiment.seed)
             results.save_fit(experiment, result, name, like, recorded_near_misses(recordings) if like else None)
     console.print(fit_table(result))

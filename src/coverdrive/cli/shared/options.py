@@ -4,9 +4,9 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_origin
 
-from cyclopts import Parameter
+from cyclopts import Parameter, Token
 from cyclopts.validators import Number
 
 from coverdrive.cli.shared.bars import console as progress_console
@@ -39,6 +39,15 @@ def between(low: float, high: float) -> Callable[[Any, Any], None]:
                 raise ValueError(f"expected a number between {low:g} and {high:g}, got {value:g}")
 
     return check
+
+
+def whole(kind: Any, tokens: Sequence[Token]) -> Any:
+    """A whole number, or several; fractions are not rounded."""
+    try:
+        numbers = [int(token.value) for token in tokens]
+    except ValueError:
+        raise ValueError(f"expected whole numbers, got {' '.join(token.value for token in tokens)}") from None
+    return numbers if list in (kind, get_origin(kind)) else numbers[0]
 
 
 if TYPE_CHECKING:
@@ -113,6 +122,7 @@ Unit = Annotated[
 Seed = Annotated[
     int | None,
     Parameter(
+        converter=whole,
         help="Seed of every random choice, 0 to 2⁶³ − 1, as in `--seed 7`; the same seed gives the same result.",
         show_default=usually("0"),
     ),
@@ -122,13 +132,18 @@ Folder = Annotated[Path, Parameter(help="Results folder, as in `us101`.")]
 Trials = Annotated[
     int | None,
     Parameter(
+        converter=whole,
         help="Number of closed-loop trials of 20 s, as in `--trials 100`; the paper has 1000.",
         show_default=usually("20"),
     ),
 ]
 Workers = Annotated[
     int | None,
-    Parameter(help="Number of processes, as in `--workers 4`; 0: one for each processor.", show_default=usually("0")),
+    Parameter(
+        converter=whole,
+        help="Number of processes, as in `--workers 4`; 0: one for each processor.",
+        show_default=usually("0"),
+    ),
 ]
 TrafficName = Annotated[
     Traffics | None,
@@ -153,6 +168,7 @@ RoadOfStudy = Annotated[RoadName, Parameter(show_default=lambda _: "that of the 
 Vehicles = Annotated[
     list[int] | None,
     Parameter(
+        converter=whole,
         consume_multiple=True,
         validator=Number(gte=1, lte=100),
         help="Numbers of uncontrolled vehicles, 1 to 100, taken in turn by the trials; as in `--vehicles 5 10`.",

@@ -48,7 +48,9 @@ def csv_layout(file: Path) -> Layout:
     """The normalised names of the columns in the header; none where the first line has no comma."""
     with file.open("rb") as stream:
         first = stream.readline(100_000).decode("utf-8", errors="replace").lstrip("\ufeff")
-    if not first.strip(" \t\r\n"):
+        if not first.strip() and stream.read(1000).strip():
+            raise RecordingError(file, "the first line is blank; let the names of the columns be there", 1)
+    if not first.strip():
         raise RecordingError(file, "the file is empty; check that it was copied whole")
     names = first.split(",") if "," in first else ()
     return Layout(file, tuple(map(normalised, names)), ",")

@@ -18,7 +18,8 @@ from jaxtyping import Float
 
 from coverdrive.errors import RecordingError
 from coverdrive.progress import done
-from coverdrive.recordings.checks import LARGEST
+from coverdrive.recordings.checks import LARGEST, LENGTHS
+from coverdrive.recordings.files.columns import LENGTH
 from coverdrive.recordings.formats.ngsim import FOOT
 from coverdrive.recordings.formats.reader import How
 from coverdrive.recordings.map_tracks import MapTracks
@@ -82,6 +83,8 @@ def _track(
     """
     time, x, y = series
     length, width, direction, kind = single
+    inside = LENGTHS[0] <= length * FOOT <= LENGTHS[1]
+    to_centre = (length * FOOT if inside else LENGTH) / 2  # as another length is mended
     pauses = np.flatnonzero(np.diff(time) > LONGEST_GAP + dt / 2)
     parts = zip(time[np.insert(pauses + 1, 0, 0)] - start, time[np.append(pauses, -1)] - start, strict=True)
     grids = [np.arange(np.ceil(first / dt - 1e-3), np.floor(last / dt + 1e-3) + 1) for first, last in parts]
@@ -92,7 +95,7 @@ def _track(
         {
             "vehicle": np.full(len(at), number, dtype=np.int64),
             "time": moments * dt,
-            "x": (np.interp(at, time, x) + direction * length / 2) * FOOT,
+            "x": np.interp(at, time, x) * FOOT + direction * to_centre,
             "y": np.interp(at, time, y) * FOOT,
             "length": np.full(len(at), length * FOOT),
             "width": np.full(len(at), width * FOOT),

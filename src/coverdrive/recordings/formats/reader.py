@@ -194,7 +194,9 @@ def reader_of(file: Path, name: str | None = None) -> Reader:
         if reader.accompanies(head):
             problem = f"it is no recording, but belongs to one of the format {reader.name}"
             raise RecordingError(file, f"{problem}; name the file of the tracks, or the folder of both")
-    problem = f"unknown columns {', '.join(sorted(head.columns)) or '(none)'}; if it is of one of the formats"
+    names = sorted(head.columns)
+    named = ", ".join(name if name.isprintable() else repr(name) for name in (each[:30] for each in names[:10]))
+    problem = f"unknown columns {named or '(none)'}{', …' * (len(names) > 10)}; if it is of one of the formats"
     raise RecordingError(file, f"{problem} {', '.join(known)}, name that (--format)")
 
 
