@@ -311,7 +311,10 @@ def _road_of(network: Any, problem: Any, dt: float) -> Road:
             lon, lat = road.to_road(*start.position)
             lane, turned = road.lane_at(lon, lat), road.heading_to_road(lon, heading)
             edges = road.edges_at(lon)[lane : lane + 2]
-            if edges[0] <= lat <= edges[1] and 0 <= lon <= road.length and abs(turned) < np.pi / 4:
+            there = edges[0] <= lat <= edges[1] and 0 <= lon <= road.length
+            if there and abs(turned) >= np.pi / 4:
+                problems.append(f"it heads {np.degrees(turned):.0f}° from the lane that it is in")
+            elif there:
                 surface = _surface_of(road)
                 share = max((_share(area, surface) for area in areas), default=1.0)
                 found.append((share, replace(road, speed_limit=limit)))

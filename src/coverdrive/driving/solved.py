@@ -88,6 +88,7 @@ def solve_problem(
     known = unsolved(problem.file, model) | {"problem": problem.number}
     try:
         driven = drive(problem, predictor, model, planner)
+        contact, lack = driven.contact, driven.lack
     except CoverdriveError as error:
         return Solved(known | because(f"not driven: {error}"), None)
     except Exception as error:  # a scenario that nobody thought of must not end those after it
@@ -95,7 +96,6 @@ def solve_problem(
         return Solved(known | because(f"not driven: {type(error).__name__}: {error}; {whose}"), None)
     measured = measure(driven.trace, 0, 0)
     refused = _refusal(driven)
-    contact, lack = driven.contact, driven.lack
     reason = contact or lack
     if refused is not None:
         reason = {"collision": contact, "goal missed": lack}.get(refused) or refused
