@@ -261,6 +261,13 @@ def test_traffic_in_both_directions_is_refused(make_ngsim, write_csv):
         read_ngsim(write_csv(pl.concat([away, away.with_columns(pl.col("Vehicle_ID") + 20), back])))
 
 
+def test_semicolons_are_named(tmp_path: Path):
+    path = tmp_path / "a.csv"
+    path.write_text("a;b\n1,5;2\n")
+    with pytest.raises(RecordingError, match="apart by semicolons; write it with commas"):
+        read([path])
+
+
 def test_a_blank_first_line_is_named(tmp_path: Path):
     path = tmp_path / "a.csv"
     path.write_text("\na,b\n1,2\n")

@@ -52,6 +52,10 @@ def csv_layout(file: Path) -> Layout:
             raise RecordingError(file, "the first line is blank; let the names of the columns be there", 1)
     if not first.strip():
         raise RecordingError(file, "the file is empty; check that it was copied whole")
+    if ";" in first and "," not in first:
+        raise RecordingError(
+            file, "its columns are apart by semicolons; write it with commas, and points in numbers", 1
+        )
     names = first.split(",") if "," in first else ()
     return Layout(file, tuple(map(normalised, names)), ",")
 
