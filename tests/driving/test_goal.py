@@ -166,3 +166,20 @@ def test_who_is_long_before_the_time_waits(goal: Goal, soonest: float) -> None:
 def test_nobody_waits_where_any_time_will_do(latest: float) -> None:
     arrival, hardest = driven(Goal(position=(150.0, 156.0), time=(0.0, latest)), state(20.0, 1.8, 14.0), 14.0)
     assert 8.0 < arrival < 11.0 and hardest > -2.0
+
+
+@pytest.mark.parametrize(
+    ("goal", "speed", "holds"),
+    [
+        (Goal(speed=(0.0, 0.0), time=(8.0, 9.0)), 0.1, True),
+        (Goal(lanes=0, position=(40.0, 60.0), speed=(0.0, 0.3), time=(8.0, 9.0)), 0.1, True),
+        (Goal(speed=(0.0, 0.0), time=(8.0, 9.0)), 0.2, False),
+        (Goal(speed=(0.0, 0.9)), 0.1, False),
+        (Goal(speed=(0.5, 0.5), time=(8.0, 9.0)), 0.1, False),
+        (Goal(lanes=1, position=(40.0, 60.0), speed=(0.0, 0.3), time=(8.0, 9.0)), 0.1, False),
+        (Goal(lanes=0, position=(55.0, 60.0), speed=(0.0, 0.3), time=(8.0, 9.0)), 0.1, False),
+        (Goal(lanes=0, position=(40.0, 45.0), speed=(0.0, 0.3), time=(8.0, 9.0)), 0.1, False),
+    ],
+)
+def test_it_holds_where_the_goal_is_met_by_standing(goal: Goal, speed: float, holds: bool) -> None:
+    assert goal.firmly(state(50.0, 1.8, speed), ROAD, 0.5) == (pytest.approx(speed / 0.5) if holds else 0.0)

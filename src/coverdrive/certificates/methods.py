@@ -142,7 +142,7 @@ def provable_epsilon(
     least = smallest_epsilon(method, claim, bases, count, uncovered, unit)
     outside = f", of which {uncovered} leave the tube of every base," if uncovered and not of_mean(unit) else ""
     units = f"{count} calibration {NOUNS.get(unit, unit)}{'s' * (count != 1)}{outside}"
-    by = f" by {method}" + ("" if method.marginal else f" with {percent(claim.sure, 4)} confidence")
+    by = f" by {method}" + ("" if method.marginal else f" with {percent(claim.sure, 10)} confidence")
     more = "give more recordings, or a larger share of them to calibration, or ask for less confidence"
     if method.computes_epsilon and least < 1:
         return None

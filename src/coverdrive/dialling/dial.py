@@ -141,21 +141,25 @@ class Request:
     """pilot drives at every λ"""
     most: int | None = None
     """drives to prove one λ at the most; else twice as many as are needed without an event, or, of one that is named
-    beforehand, just as many"""
+    beforehand, just as many; rounded up, so that every number of vehicles is driven among as often"""
 
     def __post_init__(self) -> None:
         """Refuse what makes no sense."""
-        scales = tuple(map(checked_scale, np.ravel(self.scales).tolist()))
+        try:
+            scales = tuple(map(checked_scale, self.scales))
+        except TypeError:
+            raise SettingError(f"a dial needs scales, got {shown(self.scales)}; try (0.3, 0.6, 1)") from None
         if not scales or len(set(scales)) < len(scales):
             raise SettingError(f"a dial needs scales that differ, got {list(scales)}; try 0.3 0.6 1")
         object.__setattr__(self, "scales", scales)
         for name in ("risk", "confidence"):
-            finite(name, getattr(self, name))
+            object.__setattr__(self, name, finite(name, getattr(self, name)))
         for name, known in (("event", get_args(Event)), ("procedure", (None, *get_args(Procedure)))):
             if (value := getattr(self, name)) not in known:
                 raise SettingError(f"{name}: expected {' or '.join(map(repr, known))}, got {shown(value)}")
-        whole("pilot", self.pilot)
-        whole("most", 1 if self.most is None else self.most)
+        object.__setattr__(self, "pilot", whole("pilot", self.pilot))
+        if self.most is not None:
+            object.__setattr__(self, "most", whole("most", self.most))
 
     @property
     def events(self) -> tuple[Event, ...]:

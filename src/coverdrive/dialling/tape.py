@@ -17,7 +17,7 @@ from scipy.special import ndtr, ndtri
 from coverdrive.errors import DataError
 
 _LATE = 16
-"""calls of a moment, from its last one, whose numbers are changed one by one: a start that is drawn until the vehicles
+"""calls of moment 0, from its last one, whose numbers are changed one by one: a start that is drawn until the vehicles
 fit ends with the draw that fits, and no change of the others is of use"""
 _SEEDS = 2.0**53
 """as many seeds as a uniform number has values"""

@@ -155,7 +155,7 @@ class Driver:
         real = controls(step(state[None], inputs, self.period / 2), inputs, road, self._vehicle.wheelbase)
         acceleration, yaw_rate, steering = (float(each[0]) for each in real[1:])
         steering = min(max(steering, -self._vehicle.max_steering), self._vehicle.max_steering)
-        if goal is not None and (firmly := goal.firmly(state, self.period)):
+        if goal is not None and (firmly := goal.firmly(state, road, self.period)):
             acceleration = min(acceleration, -firmly)
         return Command(acceleration, yaw_rate, steering, decision.plan, decision.paths, scene, *decision[2:])
 

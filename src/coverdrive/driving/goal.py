@@ -136,10 +136,14 @@ class Goal:
         wish = self._hurrying(wish, state, needed, left, away)
         return self._turned(wish, state, road, left)
 
-    def firmly(self, state: Float[np.ndarray, " 4"], period: float) -> float:
-        """[m/s²] at which one brakes at the least until the next plan, some time [s] later: to stand in the end."""
-        there = self.position is None or self.position[0] <= state[0]
-        return min(_FIRMLY, float(state[2]) / period) if self._stands and there and 0 < state[2] < _LAST else 0.0
+    def firmly(self, state: Float[np.ndarray, " 4"], road: Road, period: float) -> float:
+        """[m/s²] at which one brakes at the least until the next plan, some time [s] later: where the goal is met by
+        standing.
+        """
+        first, last = self.position or (-np.inf, np.inf)
+        waits = self.time is not None and self.speed is not None and self.speed[0] <= 0 and self._stands
+        there = waits and first <= state[0] <= last and 0 < state[2] < _LAST and self._inside(state, road)
+        return min(_FIRMLY, float(state[2]) / period) if there else 0.0
 
     def _inside(self, state: Float[np.ndarray, " 4"], road: Road) -> bool:
         """Whether one is in a lane of the goal and not over its edge, or at the place in it."""

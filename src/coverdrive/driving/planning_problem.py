@@ -297,6 +297,7 @@ def _road_of(network: Any, problem: Any, dt: float) -> Road:
     taken if there is more of the goal on it.
     """
     start, found, problems = problem.initial_state, list[tuple[float, Road]](), list[str]()
+    across = list[str]()
     goals, heading = problem.goal.state_list, float(start.orientation)
     areas = [shape_of(each.position) for each in goals if each.has_value("position")]
     time = dt * (max(_interval(each.time_step)[1] for each in goals) - start.time_step)
@@ -313,7 +314,7 @@ def _road_of(network: Any, problem: Any, dt: float) -> Road:
             edges = road.edges_at(lon)[lane : lane + 2]
             there = edges[0] <= lat <= edges[1] and 0 <= lon <= road.length
             if there and abs(turned) >= np.pi / 4:
-                problems.append(f"it heads {np.degrees(turned):.0f}° from the lane that it is in")
+                across.append(f"; it heads {np.degrees(turned):.0f}° from a lane that it is in")
             elif there:
                 surface = _surface_of(road)
                 share = max((_share(area, surface) for area in areas), default=1.0)
@@ -329,7 +330,7 @@ def _road_of(network: Any, problem: Any, dt: float) -> Road:
     except KeyError as error:
         raise DataError(f"a lanelet refers to {error}, which is not in the file; check the file") from error
     if not found:
-        raise DataError("; ".join(["the start is on no road of the map", *problems[:1]]))
+        raise DataError("; ".join(["the start is on no road of the map", *problems[:1]]) + "".join(across[:1]))
     return max(found, key=lambda each: each[0])[1]
 
 

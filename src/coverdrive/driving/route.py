@@ -100,7 +100,9 @@ def farthest(speed: float, time: float) -> float:
 
 def within_reach(goal: Goal, lon: float, speed: float) -> bool:
     """Whether a car at a place [m] of the road, at a speed [m/s], can be where, and as fast as, a goal says in time."""
-    time = np.inf if goal.time is None else goal.time[1]
+    if goal.time is None:
+        return True
+    time = goal.time[1]
     first, last = goal.position or (lon, lon)
     slowest = 0.0 if goal.speed is None else goal.speed[0]
     return time > 0 and lon <= last and first - lon <= farthest(speed, time) and slowest <= speed + _HARDEST * time

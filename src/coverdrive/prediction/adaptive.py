@@ -188,7 +188,7 @@ class Adaptive:
                 f"expected 0 < smallest ≤ start ≤ largest ≤ {LARGEST:g}, got {self.smallest}, {self.start} and "
                 f"{self.largest}; try 0.1, 1 and 10"
             )
-        asked = {name: float(getattr(self, name)) for name in _ASKED}
+        asked = {name: getattr(self, name) for name in _ASKED}
         self.run = LongRun.begun(**asked, scale=self.start)
         if self.state is not None:
             state, expected = dict(self.state), asdict(self.run)

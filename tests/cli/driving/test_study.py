@@ -40,7 +40,7 @@ def test_the_width_of_a_folder_does_not_end_replays(
     ["study --trials 1.5", "study --vehicles 3 4.5", "drive --trial 0.4", "report --trial 3 4.5", "fit --seed 1.6"],
 )
 def test_fractions_of_whole_numbers_are_not_rounded(said: str) -> None:
-    assert "whole numbers, got" in (complained := coverdrive(*said.split(), status=2)) or "into int" in complained
+    assert "a whole number, got" in (complained := coverdrive(*said.split(), status=2)) or "into int" in complained
 
 
 def test_a_damaged_dial_is_told_before_anything_is_driven(quick_fit: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -52,7 +52,7 @@ def test_a_damaged_dial_is_told_before_anything_is_driven(quick_fit: Path, monke
     assert "dialled.json is damaged" in coverdrive("study", quick_fit, "--trials", "1", status=2)
 
 
-def test_a_combination_of_settings_is_driven_once(quick_fit: Path) -> None:
+def test_a_combination_of_settings_that_is_named_twice_is_refused(quick_fit: Path) -> None:
     swept = "study", quick_fit, "--set", "planner.problem.obstacles.order=2,4", "episode.duration=3,3.0"
     complained = coverdrive(*swept, status=2)
     assert "order=2,episode.duration=3 and" in complained and "episode.duration=3.0 are the same" in complained

@@ -16,8 +16,6 @@ from coverdrive.prediction.data.split import both_ways, split
 from coverdrive.prediction.fit import Fit
 from coverdrive.recordings.read import read, together
 from coverdrive.recordings.recording import SCHEMA, Recording
-from coverdrive.recordings.tracks.resampling import resampled
-from coverdrive.recordings.tracks.smoothing import SmoothingSettings
 from coverdrive.road import Road
 from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
 
@@ -157,13 +155,6 @@ def test_a_scene_at_5_hz_is_recognised_under_another_name(roads: Path, tmp_path:
     alone, both = (cut_segments(some) for some in (read(file), together([*read(file), *read(copied)])))
     assert len(both) == 2 * len(alone)
     assert len(np.unique(both.vehicle)) == len(np.unique(alone.vehicle)) and len(np.unique(both.group)) == 1
-
-
-def test_nobody_is_recognised_at_another_time_step(us101: Path) -> None:
-    recordings, seen = both_folds(us101, few=True)
-    coarse = [resampled(each, 0.2, SmoothingSettings()) for each in recordings]
-    with pytest.raises(DataError, match=r"has a row every 0.2 s, what the predictor was made from every 0.1 s"):
-        seen[0].unseen(coarse)
 
 
 def test_what_is_shared_is_named(us101: Path) -> None:

@@ -72,7 +72,7 @@ def dial(
             converter=options.whole,
             validator=Number(gte=1),
             help="Drives to prove one scale at the most, as in `--most 5000`.",
-            show_default=lambda _: "twice as many as are needed without a collision, of a single scale just as many",
+            show_default=lambda _: "twice as many as are needed without a collision, of a single scale as many",
         ),
     ] = None,
     beside: Annotated[

@@ -3,7 +3,6 @@
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -152,9 +151,10 @@ def _sweep(
         from coverdrive.results import SWEEP
         from coverdrive.sweep import sweep
     variants = {name: experiment.updated(changes) for name, changes in sweep(settings).items()}
-    for (name, one), (other, another) in combinations(variants.items(), 2):
-        if one == another:
-            raise SettingError(f"{name} and {other} are the same settings; leave one of them out")
+    first = dict[str, str]()
+    for name, variant in variants.items():
+        if (other := first.setdefault(variant.model_dump_json(), name)) != name:
+            raise SettingError(f"{other} and {name} are the same settings; leave one of them out")
     results.check_replay({each.traffic.kind for each in variants.values()}, recording, road)
     studies = {name: results.study(each, recording, f"{SWEEP}/{name}") for name, each in variants.items()}
     for name, study in studies.items():

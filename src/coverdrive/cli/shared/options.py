@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter, Token
 from cyclopts.validators import Number
@@ -41,13 +41,12 @@ def between(low: float, high: float) -> Callable[[Any, Any], None]:
     return check
 
 
-def whole(kind: Any, tokens: Sequence[Token]) -> Any:
-    """A whole number, or several; fractions are not rounded."""
+def whole(_: Any, tokens: Sequence[Token]) -> int:
+    """A whole number; fractions are not rounded."""
     try:
-        numbers = [int(token.value) for token in tokens]
+        return int(tokens[0].value)
     except ValueError:
-        raise ValueError(f"expected whole numbers, got {' '.join(token.value for token in tokens)}") from None
-    return numbers if list in (kind, get_origin(kind)) else numbers[0]
+        raise ValueError(f"expected a whole number, got {tokens[0].value}") from None
 
 
 if TYPE_CHECKING:
@@ -166,9 +165,8 @@ RoadName = Annotated[
 ]
 RoadOfStudy = Annotated[RoadName, Parameter(show_default=lambda _: "that of the results folder")]
 Vehicles = Annotated[
-    list[int] | None,
+    list[Annotated[int, Parameter(converter=whole)]] | None,
     Parameter(
-        converter=whole,
         consume_multiple=True,
         validator=Number(gte=1, lte=100),
         help="Numbers of uncontrolled vehicles, 1 to 100, taken in turn by the trials; as in `--vehicles 5 10`.",

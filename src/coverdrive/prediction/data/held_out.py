@@ -27,7 +27,6 @@ from coverdrive.recordings.tracks.numbering import Numbers, same_numbers
 from coverdrive.recordings.tracks.overlap import shared_vehicles
 from coverdrive.recordings.tracks.reading import tracks_of
 from coverdrive.recordings.tracks.repair import RawTracks
-from coverdrive.recordings.tracks.resampling import SAME
 
 _TRACK = ("vehicle", "moment", "speed", "length", "width")
 _OF_READING = ("group", *IDENTITY)
@@ -114,17 +113,7 @@ class Seen:
         return [digest_of(each) for each in together(recordings)] == [each.fingerprint for each in self.sources]
 
     def refuse(self, recordings: Sequence[Recording]) -> None:
-        """Raise `DataError`, saying what they share, if recordings show vehicles that trained or calibrated, or are at
-        another time step, at which nobody is recognised.
-        """
-        steps = {each.dt for each in self.sources}
-        for each in recordings:
-            if all(abs(each.dt - step) > SAME for step in steps):
-                raise DataError(
-                    f"{each.name} has a row every {each.dt:g} s, what the predictor was made from every "
-                    f"{' or '.join(f'{step:g}' for step in sorted(steps))} s, so that its vehicles are not recognised; "
-                    "read it at that time step (dt)"
-                )
+        """Raise `DataError`, saying what they share, if recordings show vehicles that trained or calibrated."""
         told = [f"{each.name} shows {told}" for each in recordings if (told := self.shared_with(each))]
         if told:
             raise DataError(
