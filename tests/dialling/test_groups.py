@@ -17,7 +17,8 @@ from coverdrive.prediction.cover.basis import BasisSettings
 from coverdrive.prediction.fit import PredictionSettings
 from coverdrive.recordings.recording import IDENTITY, SCHEMA, Recording
 from coverdrive.road import Road
-from coverdrive.simulation.measures.trial import table_of, unstarted
+from coverdrive.simulation.measures.trial import SCHEMA as MEASURED
+from coverdrive.simulation.measures.trial import unstarted
 
 
 def recording_of(vehicle: int) -> Recording:
@@ -56,7 +57,7 @@ def test_only_the_same_recordings_settings_and_seed_have_the_same_fit(
 def test_where_no_replay_can_start_nothing_is_chosen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     sets = ConstantVelocity(np.ones((3, 2)))
     monkeypatch.setattr(groups, "_fitted", lambda *_: (SimpleNamespace(scaled=lambda _: sets), [1.0] * 8))
-    idle = table_of([unstarted(0, 0, 1, "no room")])
+    idle = pl.DataFrame([unstarted(0, 0, 1, "no room")], schema=MEASURED)
     monkeypatch.setattr(groups, "drive_missing", lambda *_: idle)
     with pytest.raises(DataError, match=r"no replay of any of the 2 groups .* could start"):
         scenes = [recording_of(vehicle) for vehicle in range(2)]

@@ -8,7 +8,8 @@ from scipy.stats import t as student
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.league.problems import COLUMNS
 from coverdrive.league.table import SCHEMA, league_table
-from coverdrive.simulation.measures.trial import table_of, unstarted
+from coverdrive.simulation.measures.trial import SCHEMA as MEASURED
+from coverdrive.simulation.measures.trial import unstarted
 from coverdrive.simulation.studies.comparison import newcombe_interval
 
 
@@ -20,7 +21,7 @@ def drives(speeds: list[float], collided: dict[int, tuple[str, str]] | None = No
         row = unstarted(0, trial, 5, "") | {"kind": kind, "at_fault": fault, "mean_speed": speed, "share_unsafe": 0.1}
         row |= {"minimum_gap": 1.0 + trial, "jerk_longitudinal": 2.0, "planning_median": 0.004}
         rows.append(row | {"share_invalid_input": 0.0} | others)
-    return table_of(rows)
+    return pl.DataFrame(rows, schema=MEASURED)
 
 
 def test_counts_means_and_paired_differences_are_those_by_hand() -> None:
@@ -70,7 +71,7 @@ def test_what_is_equal_in_all_drives_has_no_interval() -> None:
 
 
 def test_pairs_are_of_the_trials_that_both_could_start() -> None:
-    late = pl.concat([table_of([unstarted(0, 0, 5, "no room")]), drives([9.0, 23.0, 25.0])[1:]])
+    late = pl.concat([pl.DataFrame([unstarted(0, 0, 5, "no room")], schema=MEASURED), drives([9.0, 23.0, 25.0])[1:]])
     table = league_table({("here", "first"): drives([20.0, 22.0, 24.0]), ("here", "second"): late})
     second = table.row(1, named=True)
     assert (second["drives"], second["mean_speed"], second["mean_speed_minus"]) == (2, 24.0, 1.0)
@@ -108,7 +109,7 @@ def test_worlds_without_problems_have_none_solved() -> None:
 
 
 def test_every_world_has_its_own_first() -> None:
-    never = table_of([unstarted(0, 0, 5, "no room")])
+    never = pl.DataFrame([unstarted(0, 0, 5, "no room")], schema=MEASURED)
     table = league_table({
         ("here", "first"): "does not apply", ("here", "second"): drives([20.0, 22.0]),
         ("there", "first"): drives([10.0, 12.0]), ("there", "second"): drives([11.0, 13.0]), ("there", "third"): never,

@@ -154,7 +154,7 @@ def provable_epsilon(
     if asked >= least:
         return asked
     possible = to_two_digits(least)
-    advice = f"ask for it with `--epsilon {possible:g}` or `--epsilon auto`"
+    advice = f"ask for it with `--epsilon {possible:g}`" + ("" if uncovered else " or `--epsilon auto`")
     if outside:
         advice = "who has seen that can ask for it of other vehicles only"
     if unit == "group":

@@ -4,6 +4,7 @@ It follows its plans exactly, as a VW Vanagon without a vehicle model, and its b
 drivability checker, the road by rectangles, the goal as commonroad-io says.
 """
 
+import warnings
 from importlib import import_module
 from importlib.util import find_spec
 
@@ -36,9 +37,11 @@ def drive(problem: PlanningProblem, told: str) -> tuple[Trace | None, str]:
     Returns:
         What was driven, as it was seen from outside, or None; and why the problem is not solved, if it is not.
     """
-    benchmark = import_module("fiss_planner.commonroad.benchmark")
     try:
-        row, record = benchmark.run_scenario(str(problem.file), benchmark.Options(prediction=told), record=True)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            benchmark = import_module("fiss_planner.commonroad.benchmark")
+            row, record = benchmark.run_scenario(str(problem.file), benchmark.Options(prediction=told), record=True)
     except Exception as error:  # of another package: one scenario that it cannot read must not stop the league
         return None, f"not driven: {type(error).__name__}: {error}"
     place, heading, dt = np.array(record["ego"]), np.array(record["yaw"]), float(problem.scenario.dt)

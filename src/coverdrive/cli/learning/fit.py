@@ -1,6 +1,7 @@
 """``coverdrive fit``: a certified predictor."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -142,7 +143,12 @@ def fit_and_print(learning: Learning, results: "Results", **parts: Any) -> "Fit"
         with alone(results.folder):
             results.folder.mkdir(parents=True, exist_ok=True)
             TemporaryFile(dir=results.folder).close()  # fails before hours of learning, if ever
-            result = fit(recordings, experiment.prediction, experiment.seed)
+            try:
+                result = fit(recordings, experiment.prediction, experiment.seed)
+            except BaseException:
+                with suppress(OSError):
+                    results.folder.rmdir()  # if nothing is in it
+                raise
             results.save_fit(experiment, result, name, like, recorded_near_misses(recordings) if like else None)
     console.print(fit_table(result))
     for each in Certified.of(result).proofs:
