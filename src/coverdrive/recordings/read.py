@@ -198,7 +198,7 @@ def _cut(readings: tuple[Reading, ...]) -> tuple[Reading, ...]:
 def _grouped(readings: list[Reading], origin: list[int]) -> tuple[Recording, ...]:
     """The recordings with groups numbered through all files; those that share vehicles become one, and so do these."""
     raw, tables = _numbered(readings, origin)
-    steps = [reading.recording.dt for reading in readings]
+    steps = [reading.recording.file_dt for reading in readings]
     tracks = [replace(reading.raw, group=group) for reading, group in zip(readings, raw, strict=True)]
     names = [reading.recording.name for reading in readings]
     worth: list[Numbers] = [numbers_of(reading.recording) for reading in readings]

@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 
 from coverdrive.arguments import finite
 from coverdrive.errors import DataError
-from coverdrive.recordings.checks import check
+from coverdrive.recordings.checks import check, wrong_time_step
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
@@ -33,9 +33,9 @@ IDENTITY = pl.Schema({"identity": pl.Int64})
 KIND = pl.Schema({"kind": pl.Int8})
 """Number of the vehicle's class in `coverdrive.recordings.files.kinds.KINDS`; without it, unknown"""
 
-STATED_SPEED = pl.Schema({"stated": pl.Float32})
-"""Speed [m/s] as the file states it, which copies of a vehicle have in common; NaN where a row was filled in; without
-it, the speed"""
+STATED_SPEED = pl.Schema({"stated": pl.List(pl.Float32)})
+"""Speeds [m/s] as the file states them in its rows from this one's time on and before the next one's, which copies of a
+vehicle have in common; NaN where a row was filled in; without it, the speed"""
 
 _WHOLE = pl.Schema(SCHEMA | SEEN | IDENTITY | KIND | STATED_SPEED)
 
@@ -49,6 +49,11 @@ def vehicle_keys(recording: str, vehicle: Int[np.ndarray, " rows"]) -> Int[np.nd
     digests = (hashlib.blake2b(f"{recording}/{number}".encode(), digest_size=8).digest() for number in distinct)
     keys = np.array([int.from_bytes(digest, "big") >> 1 for digest in digests], dtype=np.int64)
     return keys[inverse]
+
+
+def each_alone(speed: pl.Series) -> pl.Series:
+    """A list of its own for each stated speed [m/s]: those of a file with as many rows as the table."""
+    return speed.cast(pl.Float32).reshape((-1, 1)).cast(pl.List(pl.Float32))
 
 
 @dataclass(frozen=True)
@@ -88,21 +93,26 @@ class Recording:
     folder were ``skipped``"""
     call: str = field(default="", repr=False)
     """which call read it; groups are numbered through those of one call"""
+    file_dt: float = 0.0
+    """[s] between two rows of a track in the file, whose stated speeds the table holds; 0 stands for ``dt``"""
 
     def __post_init__(self) -> None:
         """Refuse a table of other columns or types, and one that cannot be traffic."""
+        object.__setattr__(self, "file_dt", self.file_dt or self.dt)
         given = {name: kind for name, kind in _WHOLE.items() if name in SCHEMA or name in self.table.columns}
         if self.table.schema != given:
             raise DataError(f"the table of a recording has the columns {dict(SCHEMA)}; got {dict(self.table.schema)}")
         try:
             check(self.table, self.dt, self.road)
+            for problem in wrong_time_step("the file's time step", self.file_dt):
+                raise DataError(problem)
         except DataError as error:
             raise DataError(f"recording {self.name}: {error}") from None
         if given != _WHOLE:
             keys = vehicle_keys(self.name, self.table["vehicle"].to_numpy())
             added = {name: self.table[name.removeprefix("seen_")] for name in SEEN}
             added |= {"identity": pl.Series(keys, dtype=pl.Int64), "kind": pl.zeros(len(keys), pl.Int8, eager=True)}
-            added |= {"stated": self.table["speed"].cast(pl.Float32)}
+            added |= {"stated": each_alone(self.table["speed"])}
             missing = {name: values for name, values in added.items() if name not in given}
             object.__setattr__(self, "table", self.table.with_columns(**missing).select(_WHOLE.names()))
 
@@ -134,6 +144,13 @@ class Recording:
             rates = self.road.rates(*(self.table[kind + name].to_numpy() for name in MEASURES[:4]))
             table = table.with_columns(pl.Series(kind + "speed", rates[0]), pl.Series(kind + "heading", rates[1]))
         return table
+
+    def stated_rows(self) -> pl.DataFrame:
+        """A row for each speed that the file states, with its ``moment`` [file_dt] and the ``row`` of the table."""
+        first = (pl.col("time") / self.file_dt - 1e-6).ceil().cast(pl.Int64)
+        moments = pl.int_ranges(first, first + pl.col("stated").list.len())
+        table = self.table.with_row_index("row").with_columns(moment=moments).filter(pl.col("stated").list.len() > 0)
+        return table.explode("stated", "moment")
 
     def frames(self) -> Frames:
         """All moments of the recording, as seen then, in arrays for vectorised work."""

@@ -12,10 +12,12 @@ import pytest
 from coverdrive.errors import DataError
 from coverdrive.prediction.data.held_out import Seen
 from coverdrive.prediction.data.segments import cut_segments
-from coverdrive.prediction.data.split import both_ways, split
+from coverdrive.prediction.data.split import Split, both_ways, split
 from coverdrive.prediction.fit import Fit
 from coverdrive.recordings.read import read, together
 from coverdrive.recordings.recording import SCHEMA, Recording
+from coverdrive.recordings.tracks.resampling import resampled
+from coverdrive.recordings.tracks.smoothing import SmoothingSettings
 from coverdrive.road import Road
 from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
 
@@ -146,6 +148,24 @@ def test_a_few_copies_of_shared_scenes_are_refused_and_none_that_is_new(us101: P
 def test_no_copy_of_shared_scenes_passes_and_nothing_new_is_refused(us101: Path) -> None:
     refused, tried, wrongly = judged(us101, False, 200, seed=0)
     assert refused == tried > 80 and wrongly == 0
+
+
+@pytest.mark.parametrize(("late", "dt"), [(37, 0.1), (38, 0.2), (39, 0.04)])
+def test_a_cut_of_frames_between_two_steps_is_recognised(late: int, dt: float) -> None:
+    """The file has 25 Hz; the cut begins between two rows of what was seen, and is read at any time step.
+
+    One of the six keeps its speed, which tells nothing.
+    """
+    (filmed,) = generate(GeneratedSettings(scenes=1, duration=20.0, dt=0.04, vehicles=(6, 6)), seed=4)
+    seen = resampled(filmed, 0.1, SmoothingSettings())
+    segments = cut_segments([seen])
+    told = Seen.of([seen], segments, Split(np.arange(len(segments)), *2 * [np.arange(0)], dropped=0))
+    moment = (pl.col("time") / 0.04).round() - late
+    table = filmed.table.filter(moment >= 0).with_columns(time=0.04 * moment, vehicle=pl.col("vehicle") + 50)
+    cut_out = Recording("anew", table.select(SCHEMA.names()), 0.04, filmed.road, {})
+    assert told.shared_with(resampled(cut_out, dt, SmoothingSettings())) == "5 vehicles of generated 1"
+    other = generate(GeneratedSettings(scenes=1, duration=20.0, dt=0.04, vehicles=(6, 6)), seed=5)[0]
+    assert told.shared_with(resampled(other, dt, SmoothingSettings())) == ""
 
 
 def test_a_scene_at_5_hz_is_recognised_under_another_name(roads: Path, tmp_path: Path) -> None:

@@ -52,6 +52,21 @@ def test_the_motion_stays(before: float, after: float):
     assert set(recording.table.filter(pl.col("time") < 9.9)["group"]) == {0}
 
 
+@pytest.mark.parametrize(("before", "after"), [(0.04, 0.1), (1 / 30, 0.1), (0.1, 0.04), (0.2, 0.1)])
+def test_what_the_file_states_stays(before: float, after: float):
+    """But before the first and after the last moment of the new step, also where it is changed once more."""
+    recording = weaving(before)
+    rows = pl.col("vehicle", "moment", "stated")
+    whole = recording.stated_rows().select(rows)
+    for found in (
+        resampled(recording, after, SETTINGS),
+        resampled(resampled(recording, after, SETTINGS), 0.2, SETTINGS),
+    ):
+        stated = found.stated_rows().select(rows)
+        assert found.file_dt == before and len(whole) - 4 * 0.2 / before <= len(stated) == stated.n_unique()
+        assert len(stated.join(whole, on=("vehicle", "moment", "stated"))) == len(stated)
+
+
 def test_what_is_seen_knows_no_future():
     """Everything that happens from 8 s on is changed: nothing that is seen before changes."""
     recording = weaving(0.04)

@@ -44,7 +44,7 @@ class Source:
     numbers: Numbers
     """what equal vehicle numbers in another recording of its site mean"""
     dt: float
-    """[s] between two rows of a track"""
+    """[s] between two rows of a track in its file"""
     used: tuple[str, ...]
     """fingerprints of its scenes that trained or calibrated, or show a vehicle that did"""
     held_out: tuple[str, ...]
@@ -57,8 +57,8 @@ class Seen:
 
     sources: tuple[Source, ...]
     tracks: pl.DataFrame
-    """their rows: number of the recording in ``sources``, vehicle, moment [dt], stated speed [m/s], length and width
-    [m]"""
+    """the rows of their files: number of the recording in ``sources``, vehicle, moment [dt], stated speed [m/s], length
+    and width [m]"""
 
     @staticmethod
     def of(recordings: Sequence[Recording], segments: Segments, split: Split) -> "Seen":
@@ -75,7 +75,7 @@ class Seen:
                     sides[0].append(digest)
                 elif group in free:
                     sides[1].append(digest)
-            own = each.name, len(each.table), digest_of(each), numbers_of(each), each.dt
+            own = each.name, len(each.table), digest_of(each), numbers_of(each), each.file_dt
             sources.append(Source(*own, *map(tuple, sides)))
         return Seen(tuple(sources), pl.concat(_tracks(each, used, n) for n, each in enumerate(recordings)))
 
@@ -127,7 +127,7 @@ class Seen:
         sources = [self.sources[part["recording"][0]] for part in parts]
         names = [*(each.name for each in sources), recording.name]
         tracks, files = [*map(_raw, parts), tracks_of(recording)], [0] * len(parts) + [1]
-        steps = [*(each.dt for each in sources), recording.dt]
+        steps = [*(each.dt for each in sources), recording.file_dt]
         worth: list[Numbers] = [*(each.numbers for each in sources), numbers_of(recording)]
         pairs = pl.concat([shared_vehicles(tracks, files, steps), same_numbers(tracks, files, names, worth)])
         if pairs.is_empty():
@@ -139,7 +139,9 @@ class Seen:
 def _scenes(recording: Recording) -> Iterator[tuple[pl.DataFrame, str]]:
     """The scenes of a recording, and a short hash of all in each that does not depend on what is read with it."""
     for table in recording.table.partition_by("group", maintain_order=True):
-        yield table, fingerprint(*(table[name].to_numpy() for name in table.columns if name not in _OF_READING))
+        columns = [table[name] for name in table.columns if name not in _OF_READING]
+        stated = [each.explode() if each.name == "stated" else each for each in columns]
+        yield table, fingerprint(*(each.to_numpy() for each in stated))
 
 
 def digest_of(recording: Recording) -> str:

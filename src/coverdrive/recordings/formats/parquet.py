@@ -49,6 +49,7 @@ class _Head(BaseModel):
 
     name: str
     dt: float
+    file_dt: float = 0.0
     edges: Annotated[list[float], Numbers]
     length: float
     line: _Line | None = None
@@ -61,7 +62,7 @@ class _Head(BaseModel):
     @staticmethod
     def of(recording: Recording) -> "_Head":
         """What there is to say of a recording."""
-        own = {name: getattr(recording, name) for name in ("name", "dt", "repairs", "notes")}
+        own = {name: getattr(recording, name) for name in ("name", "dt", "file_dt", "repairs", "notes")}
         return _Head.model_validate(vars(recording.road) | own | {"length": float(recording.road.length)})
 
     @property
@@ -131,4 +132,4 @@ def _heads(file: Path, metadata: dict[str, str]) -> list[_Head]:
 def _recording(head: _Head, rows: pl.DataFrame, number: int) -> Recording:
     """Recording ``number`` of a file, its rows found by the column ``recording``."""
     table = rows.filter(pl.col("recording") == number).drop("recording")
-    return Recording(head.name, table, head.dt, head.road, head.repairs, head.notes)
+    return Recording(head.name, table, head.dt, head.road, head.repairs, head.notes, file_dt=head.file_dt)

@@ -14,7 +14,7 @@ import polars as pl
 
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.checks import MOST_IMPLAUSIBLE, Rows, implausible_vehicles, wrong_time_step
-from coverdrive.recordings.recording import KIND, SCHEMA, SEEN, STATED_SPEED, Recording
+from coverdrive.recordings.recording import KIND, SCHEMA, SEEN, STATED_SPEED, Recording, each_alone
 from coverdrive.recordings.tracks.filtering import least_moments, seen
 from coverdrive.recordings.tracks.repair import (
     LONGEST_GAP,
@@ -48,11 +48,13 @@ class Reading(NamedTuple):
 
 
 def tracks_of(recording: Recording) -> RawTracks:
-    """The rows of a recording that its file holds, with the speeds that it states."""
-    table = recording.table.filter(pl.col("stated").is_not_nan())
-    values = {name: table[name].to_numpy() for name in ("vehicle", "group", "lon", "lat", "length", "width")}
-    moment = np.rint(table["time"].to_numpy() / recording.dt).astype(np.int64)
-    return RawTracks(moment=moment, speed=table["stated"].to_numpy().astype(float), **values)
+    """The rows that a recording's file holds, every ``file_dt``, with the speeds that it states.
+
+    Those between two rows of the recording are where the first one of these is.
+    """
+    table = recording.stated_rows().filter(pl.col("stated").is_not_nan())
+    names = ("vehicle", "moment", "group", "lon", "lat", "length", "width")
+    return RawTracks(speed=table["stated"].to_numpy().astype(float), **{name: table[name].to_numpy() for name in names})
 
 
 def regular_table(
@@ -76,7 +78,7 @@ def regular_table(
     lat, lat_rate = seen(tracks.lat, measured, starts, dt, noises)
     columns += (lon, lat, *motion(lon_rate * road.stretch(lon, lat), lat_rate))
     since_start = np.arange(len(lon)) - np.repeat(starts, np.diff(np.append(starts, len(lon))))
-    columns += (tracks.kind, tracks.speed)
+    columns += (tracks.kind, each_alone(pl.Series(tracks.speed)))
     schema = SCHEMA | SEEN | KIND | STATED_SPEED
     return pl.DataFrame(dict(zip(schema, columns, strict=True)), schema=schema).filter(since_start >= least)
 

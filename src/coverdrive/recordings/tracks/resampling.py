@@ -7,10 +7,11 @@ the future shows. R is the number of rows.
 """
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import polars as pl
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from coverdrive.arguments import finite
 from coverdrive.errors import SettingError
@@ -42,7 +43,7 @@ def resampled(recording: Recording, dt: float, settings: SmoothingSettings) -> R
     if abs(recording.dt - dt) < SAME:
         return recording
     table = recording.table
-    column = {name: table[name].to_numpy() for name in table.columns}
+    column = {name: table[name].to_numpy() for name in table.columns if name != "stated"}
     time, last = column["time"], len(table) - 1
     goes_on = (np.diff(column["vehicle"]) == 0) & (np.diff(time) < 1.5 * recording.dt)
     starts = np.flatnonzero(np.insert(~goes_on, 0, True))
@@ -56,7 +57,8 @@ def resampled(recording: Recording, dt: float, settings: SmoothingSettings) -> R
     after = np.minimum(before + 1, np.repeat(ends, count))
     past = since - step * recording.dt
 
-    values = {name: column[name][before] for name in table.columns} | {"time": moment * dt}
+    values: dict[str, Any] = {name: of[before] for name, of in column.items()} | {"time": moment * dt}
+    values["stated"] = _stated(recording, dt, starts, first, count)
     for seen in ("", "seen_"):
         speed, heading = column[f"{seen}speed"], column[f"{seen}heading"]
         stretch = recording.road.stretch(column[f"{seen}lon"], column[f"{seen}lat"])
@@ -75,6 +77,19 @@ def resampled(recording: Recording, dt: float, settings: SmoothingSettings) -> R
     fit = f"Savitzky–Golay fit of {settings.window:g} s, order {settings.order}"
     notes = recording.notes | {"resampled": f"{1 / recording.dt:g} Hz to {1 / dt:g} Hz after the {fit}"}
     return replace(recording, table=pl.DataFrame(values, schema=table.schema), dt=dt, notes=notes)
+
+
+def _stated(
+    recording: Recording, dt: float, starts: Int[np.ndarray, " tracks"], first: Int[np.ndarray, " tracks"],
+    count: Int[np.ndarray, " tracks"],
+) -> pl.Series:  # fmt: skip
+    """What the file states from each new row on; each track has ``count`` of them, from ``first`` [dt] on."""
+    rows = recording.stated_rows()
+    track = np.searchsorted(starts, rows["row"].to_numpy(), side="right") - 1
+    since = np.floor(rows["moment"].to_numpy() * recording.file_dt / dt + 1e-6).astype(np.int64) - first[track]
+    row = np.where((since >= 0) & (since < count[track]), (np.cumsum(count) - count)[track] + since, -1)
+    lists = rows.select("stated", row=pl.Series(row)).group_by("row", maintain_order=True).agg("stated")
+    return pl.DataFrame({"row": np.arange(count.sum())}).join(lists, on="row", how="left")["stated"].fill_null([])
 
 
 def _hermite(before: Rows, after: Rows, rate: Rows, rate_after: Rows, past: Rows, dt: float) -> Rows:
