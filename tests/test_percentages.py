@@ -10,6 +10,7 @@ def test_percentages_have_a_space_and_no_needless_zeros() -> None:
     assert percent(0.9999, 4) == "99.99 %" and percent(0.9998326) == "99.98 %"
     assert interval(0.0021, 0.028) == "0.21–2.8 %"
     assert interval(0.0, 1.0) == interval(7e-173, 1.0) == "0–100 %"
+    assert interval(0.00219, 0.0362169) == "0.21–3.7 %"
     assert interval(2e-8, 1e-6) == "0.000002–0.0001 %"
 
 

@@ -24,13 +24,22 @@ def at_most(bound: float, digits: int = 4) -> str:
     """A bound from above as a percentage, rounded up to so many significant digits."""
     if not 0 < bound < math.inf:
         return percent(bound, digits)
-    unit = 10.0 ** (math.floor(math.log10(100 * bound)) + 1 - digits)
-    return percent(math.ceil(100 * bound / unit - _ROUNDING) * unit / 100, digits)
+    return percent(_rounded_up(bound, digits), digits)
 
 
 def interval(low: float, high: float) -> str:
-    """From one share to another as percentages, as in 0.2–2.8 %."""
-    return f"{_significant(100 * low if low > _LEAST else 0.0, 2)}–{_significant(100 * high, 2)} %"
+    """From one share to another as percentages of two digits, rounded outwards, as in 0.2–2.8 %."""
+    ends = 100 * low if low > _LEAST else 0.0, 100 * high
+    down, up = (sign * _rounded_up(sign * end, 2) for sign, end in zip((-1, 1), ends, strict=True))
+    return f"{_significant(down, 2)}–{_significant(up, 2)} %"
+
+
+def _rounded_up(value: float, digits: int) -> float:
+    """To so many significant digits."""
+    if not 0 < abs(value) < math.inf:
+        return value
+    unit = 10.0 ** (math.floor(math.log10(abs(value))) + 1 - digits)
+    return math.ceil(value / unit - _ROUNDING) * unit
 
 
 def _significant(value: float, digits: int) -> str:

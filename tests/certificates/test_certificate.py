@@ -76,6 +76,9 @@ def test_vehicles_and_scene_groups_are_counted_and_what_they_mean_is_said() -> N
     assert "of groups there is only one, which does not show how much groups differ." in alone
     many = replace(PLAIN, unit="vehicle", samples=90, vehicles=90, scenes=40, design_effect=1.0).sentence
     assert many.endswith("as the calibration vehicles.")
+    alike = replace(PLAIN, unit="share", samples=90, vehicles=90, scenes=40, design_effect=6.5)
+    assert "are alike (design effect 6.5), not independent: the bound can be too small" in alike.sentence
+    assert "alike" not in replace(alike, unit="group").sentence
 
 
 def test_shares_and_groups_are_told_apart() -> None:

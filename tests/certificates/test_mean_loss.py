@@ -262,6 +262,16 @@ def test_the_interval_of_a_mean_loss_holds() -> None:
     assert np.mean(inside) > 0.93
 
 
+def test_groups_that_share_a_vehicle_are_one() -> None:
+    """As successive minutes of a recording are: they are no independent draws."""
+    apart = alike(6, 50, 2, 0)
+    assert apart.group is not None
+    crossing = replace(apart, group=np.where(np.arange(len(apart)) == 0, apart.group.max(), apart.group))
+    for each, count in ((apart, 6), (crossing, 5)):
+        assert len(Calibration.of(each, 1.0, NOBODY, "group")) == count
+        assert len(np.unique(each.scene)) == count
+
+
 def test_the_design_effect_is_the_variance_between_groups() -> None:
     independent, linked = alike(20, 50, 1, 0), alike(20, 50, 1, 0, by_group=0.9)
     effects = [

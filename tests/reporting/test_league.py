@@ -93,7 +93,7 @@ def test_problems_have_columns_and_an_axis_of_their_own() -> None:
     drivers, problems = worlds_of(table)
     assert (drivers.columns, problems.columns) == (COLUMNS, ON_PROBLEMS)
     first, second = (dict(zip(ON_PROBLEMS, row, strict=True)) for row in problems.rows)
-    assert (first["solved"], second["solved"]) == ("35 (76–94 %)", "14 (76–94 %) (Δ -62 … -38)")
+    assert (first["solved"], second["solved"]) == ("35 (76–95 %)", "14 (76–95 %) (Δ -62 … -38)")
     assert (first["off road"], first["progress [%]"]) == ("0 (0–7 %)", "90")
     figure = league_figure(table)
     assert figure is not None

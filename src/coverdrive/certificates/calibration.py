@@ -17,6 +17,7 @@ from coverdrive.certificates.bounds import check_confidence
 from coverdrive.certificates.certificate import Certificate, Unit, fingerprint
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import CertificateError
+from coverdrive.linked import parts_of_groups
 
 
 @dataclass(frozen=True)
@@ -65,9 +66,8 @@ class ScoredSamples:
 
     @property
     def scene(self) -> Int[np.ndarray, " N"]:
-        """Scene group; of a vehicle that crosses from one to the next, that of its first window."""
-        _, first, vehicle = np.unique(self.vehicle, return_index=True, return_inverse=True)
-        return self.vehicle if self.group is None else self.group[first][vehicle]
+        """Number of the scene group; those that share a vehicle, as successive minutes do, are one."""
+        return self.vehicle if self.group is None else parts_of_groups(self.vehicle, self.group)
 
     @property
     def score_of_base(self) -> Float[np.ndarray, " N"]:

@@ -15,8 +15,9 @@ share of a vehicle's windows, on average over vehicles; the share of a scene gro
 NOUNS = {"share": "vehicle", "group": "scene group"}
 """What is counted, where it is not called like the unit"""
 
-FEW, SEVERAL = 30, 2
-"""Scene groups below which it is said what they do to a bound; windows for each vehicle, above which it is said, too"""
+FEW, SEVERAL, ALIKE = 30, 2, 1.5
+"""Scene groups below which it is said what they do to a bound; windows for each vehicle, and design effect, above which
+it is said, too"""
 
 
 def of_mean(unit: Unit) -> bool:
@@ -138,6 +139,12 @@ class Certificate:
             limits += (
                 f" Windows of one vehicle are not independent, and here each has {self.samples / self.vehicles:.0f}: "
                 "the bound can be far too small; claim a share of windows instead."
+            )
+        alike = self.unit != "group" and self.design_effect is not None and self.design_effect > ALIKE
+        if alike and self.scenes >= FEW:
+            limits += (
+                f" Vehicles of one scene group are alike (design effect {self.design_effect:.1f}), not independent: "
+                "the bound can be too small; claim what a new scene group does instead."
             )
         if self.unit != "group" and 0 < self.scenes < FEW:
             found = "" if self.design_effect is None else f" (design effect {self.design_effect:.1f})"

@@ -12,12 +12,11 @@ from pathlib import Path
 
 import numpy as np
 import polars as pl
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from coverdrive.errors import DataError
 from coverdrive.files import write_atomically
 from coverdrive.league.beliefs import KnownFuture
+from coverdrive.linked import linked
 from coverdrive.prediction.certifying.scored import ScoredSides
 from coverdrive.prediction.data.segments import Segments, cut_segments
 from coverdrive.prediction.data.split import Split
@@ -56,8 +55,7 @@ def independent(recordings: Sequence[Recording]) -> list[list[Recording]]:
         for number, each in enumerate(recordings)
     )
     links = shown.join(shown, on="identity", suffix="_b").select("recording", "recording_b").to_numpy()
-    graph = coo_array((np.ones(len(links)), links.T), shape=(len(recordings), len(recordings)))
-    part = connected_components(graph, directed=False)[1]
+    part = linked(*links.T, len(recordings))
     return [[recordings[i] for i in np.flatnonzero(part == each).tolist()] for each in np.argsort(-np.bincount(part))]
 
 

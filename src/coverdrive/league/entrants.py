@@ -80,7 +80,7 @@ def claim_of(belief: Belief | None) -> str:
     claim = getattr(belief, "certificate", None) or getattr(belief, "claim", None)
     if not isinstance(claim, Certificate):
         return ""
-    surely = "on average" if claim.confidence is None else percent(claim.confidence, 4)
+    surely = "on average" if claim.confidence is None else percent(claim.confidence, 10)
     bound = f"{claim.unit}{' of each base' * (claim.groups > 1)} ≤ {at_most(claim.epsilon)} ({surely})"
     return f"{bound if claim.epsilon < 1 else 'no bound'}, λ {claim.scale:.3g}"
 

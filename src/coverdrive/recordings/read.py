@@ -13,12 +13,11 @@ from uuid import uuid4
 import numpy as np
 import polars as pl
 from jaxtyping import Int
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from coverdrive.arguments import of_kind, path_of, paths_of
 from coverdrive.errors import NoVehiclesError, RecordingError
 from coverdrive.garbage import not_looking_for_garbage
+from coverdrive.linked import linked
 from coverdrive.progress import part
 from coverdrive.recordings.files.boundary import naming
 from coverdrive.recordings.formats import registry as registry
@@ -204,7 +203,7 @@ def _grouped(readings: list[Reading], origin: list[int]) -> tuple[Recording, ...
     worth: list[Numbers] = [numbers_of(reading.recording) for reading in readings]
     shared = pl.concat([shared_vehicles(tracks, origin, steps), same_numbers(tracks, origin, names, worth)])
     count = max(int(numbers.max()) for numbers in (*raw, *tables)) + 1
-    component = _linked(shared["group"].to_numpy(), shared["group_b"].to_numpy(), count)
+    component = linked(shared["group"].to_numpy(), shared["group_b"].to_numpy(), count)
     used = np.unique(np.concatenate([component[numbers] for numbers in tables]))
     groups = (pl.Series(np.searchsorted(used, component[numbers]), dtype=pl.Int64) for numbers in tables)
     one, call = _one_of(readings, shared), uuid4().hex
@@ -229,15 +228,9 @@ def _one_of(readings: list[Reading], shared: pl.DataFrame) -> dict[int, int]:
     )
     names, node = np.unique(pairs.select("identity", "identity_b").to_numpy(), return_inverse=True)
     first, second = node.reshape(-1, 2).T
-    component = _linked(first, second, len(names))
+    component = linked(first, second, len(names))
     _, first = np.unique(component, return_index=True)
     return dict(zip(names.tolist(), names[first[component]].tolist(), strict=True))
-
-
-def _linked(first: Groups, second: Groups, count: int) -> Groups:
-    """Number of the connected component of each of ``count`` nodes, of which pairs are linked."""
-    links = coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
-    return connected_components(links, directed=False)[1]
 
 
 def _with(recording: Recording, call: str = "", **columns: pl.Series | pl.Expr) -> Recording:

@@ -30,7 +30,7 @@ def strength(certificate: Certificate) -> str:
     """How surely the bound holds."""
     if certificate.confidence is None:
         return "on average over calibrations, without confidence"
-    return f"with {percent(certificate.confidence, 4)} confidence"
+    return f"with {percent(certificate.confidence, 10)} confidence"
 
 
 def proved(certificate: Certificate) -> str:

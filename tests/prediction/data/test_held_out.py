@@ -92,6 +92,17 @@ def test_scenes_at_a_border_that_vehicles_cross_are_not_replayed(seed: int) -> N
     assert left < tested and len(left) == len(tested) - 1
 
 
+def test_who_trained_is_recognised_in_the_next_minute() -> None:
+    """A recording of what comes after the border alone, with other numbers, shows who has crossed it."""
+    (whole,) = generate(GeneratedSettings(scenes=1, duration=40.0, vehicles=(6, 6)), seed=4)
+    halves = replace(whole, table=whole.table.with_columns(group=(pl.col("time") >= 20.0).cast(pl.Int64)))
+    segments = cut_segments([halves])
+    trained = np.flatnonzero(segments.group == 0)
+    told = Seen.of([halves], segments, Split(trained, trained[:0], trained[:0], dropped=0))
+    later = halves.table.filter(pl.col("time") > 22.0).with_columns(vehicle=pl.col("vehicle") + 50)
+    assert "vehicles of generated 1" in told.shared_with(replace(whole, table=later.drop("identity"), name="anew"))
+
+
 WINDOW = 3.1
 """[s] that show 3 s of a vehicle"""
 

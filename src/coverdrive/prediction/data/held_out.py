@@ -150,9 +150,10 @@ def digest_of(recording: Recording) -> str:
 
 
 def _tracks(recording: Recording, groups: Int[np.ndarray, " G"], number: int) -> pl.DataFrame:
-    """The rows of some groups of a recording, as in `Seen.tracks`."""
+    """The rows of all vehicles that some groups of a recording show, as in `Seen.tracks`."""
     raw = tracks_of(recording)
-    table = pl.DataFrame({name: getattr(raw, name) for name in _TRACK}).filter(np.isin(raw.group, groups))
+    shown = np.isin(raw.vehicle, raw.vehicle[np.isin(raw.group, groups)])
+    table = pl.DataFrame({name: getattr(raw, name) for name in _TRACK}).filter(shown)
     return table.with_columns(pl.col(_TRACK[2:]).cast(pl.Float32), recording=pl.lit(number, pl.Int64))
 
 

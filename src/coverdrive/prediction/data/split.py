@@ -13,10 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 from pydantic import Field, model_validator
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from coverdrive.errors import DataError
+from coverdrive.linked import parts_of_groups
 from coverdrive.settings import Settings
 
 
@@ -120,16 +119,13 @@ def _dealt(
 
     One that leaves no part empty comes before all that do.
     """
-    _, vehicles = np.unique(vehicle, return_inverse=True)
-    names, groups = np.unique(group, return_inverse=True)
+    names, first, groups = np.unique(group, return_index=True, return_inverse=True)
     if len(names) < 3:
         raise DataError(
             f"a split by scenes needs at least two groups of scenes that share no vehicle, got {len(names)}; "
             "give scenes of another time or place as well, or a recording of at least three minutes"
         )
-    size = len(names) + vehicles.max() + 1
-    links = coo_array((np.ones(len(groups)), (groups, len(names) + vehicles)), shape=(size, size))
-    component = connected_components(links, directed=False)[1][: len(names)]  # of groups that share vehicles
+    component = np.unique(parts_of_groups(vehicle, group)[first], return_inverse=True)[1]
     sizes = np.bincount(groups)
     shares = np.diff([0, *borders, 1])
     random = np.random.default_rng(seed)
