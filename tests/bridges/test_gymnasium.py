@@ -1,5 +1,6 @@
 """The environment: Gymnasium's own checks, our simulation's episodes, and what agents are told and rewarded for."""
 
+import pickle
 import time
 
 import gymnasium
@@ -8,7 +9,7 @@ import pytest
 from driving_fakes import PREDICTOR, SETTINGS, told
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
-from simulation_fakes import make_scene
+from simulation_fakes import FakePredictor, make_scene
 
 import coverdrive.bridges.gymnasium as bridge
 import coverdrive.simulation.drives.episode as episode
@@ -26,6 +27,7 @@ from coverdrive.simulation.measures.misses import find_windows
 from coverdrive.simulation.measures.trial import measure
 from coverdrive.simulation.roads.initial import InitialSettings
 from coverdrive.simulation.studies.study import simulate
+from coverdrive.simulation.traffic.set_sampling import SetSamplingTraffic
 from shape_checks import unchecked
 
 SHORT = EpisodeSettings(duration=1.0)
@@ -171,6 +173,37 @@ def test_recordings_are_replayed_until_they_end() -> None:
         assert env.road.lanes == 2
 
 
+def test_other_traffic_drives_on_a_road_like_the_recorded_one() -> None:
+    recordings = generate(GeneratedSettings(scenes=3, duration=8.0, lanes=2, vehicles=(6, 8)))
+    env = Motorway("drivers", 6, recordings=recordings)
+    env.reset(seed=3)
+    begun = simulate(PREDICTOR, traffic="drivers", vehicles=6, seed=3, recordings=recordings).scene.states[0]
+    assert env.road.lanes == 2 and np.array_equal(env.scene.states, begun)
+
+
+def test_environments_share_neither_traffic_nor_what_was_learned() -> None:
+    class Counting(SetSamplingTraffic):
+        steps = 0
+
+        def step(self, scene, dt):
+            self.steps += 1
+            return super().step(scene, dt)
+
+    class Learning(FakePredictor):
+        period, begun = 0.1, 0
+
+        def anew(self):
+            Learning.begun += 1
+            return self
+
+    traffic = Counting(PREDICTOR)
+    one = Motorway(traffic, predictor=Learning(PREDICTOR.basis), sets=True)
+    for _ in range(2):
+        drive(one, 5, [np.zeros(2)] * 3)
+    assert traffic.steps == 0 and Learning.begun == 2
+    assert pickle.loads(pickle.dumps(Motorway("drivers"))).reset(seed=1)[0].shape == one.reset(seed=1)[0].shape
+
+
 def env_of(monkeypatch: pytest.MonkeyPatch, scene, **given) -> Motorway:
     """An environment that begins with a scene."""
     monkeypatch.setattr(episode, "initial_scene", lambda *_: scene)
@@ -282,7 +315,6 @@ def test_the_affordance_is_that_of_the_predictor() -> None:
         ({"vehicles": (3, 1000)}, "vehicles: expected a whole number from 0 to 100, got 1000"),
         ({"vehicles": 2.5}, "vehicles: expected a whole number"),
         ({"vehicles": "five"}, "vehicles: expected a whole number"),
-        ({"vehicles": None}, "vehicles: expected a whole number"),
         ({"observation": "pixels"}, "observation: Input should be 'affordance' or 'scene', got 'pixels'"),
         ({"observation": None}, "observation: Input should be"),
         ({"action": "steering"}, "action: Input should be 'continuous' or 'discrete', got 'steering'"),

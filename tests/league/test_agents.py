@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from simulation_fakes import make_scene
 
-from coverdrive.league.agents import Agent, Idm, IdmMobil, KeepVelocity
+from coverdrive.league.agents import Agent, AgentPlanner, Idm, IdmMobil, KeepVelocity, Witness
 from coverdrive.planning.planner import PlannerSettings
 from coverdrive.planning.problem.vehicle import step
 from coverdrive.road import LaneEdges, Road
 from coverdrive.scene import Scene
+from coverdrive.simulation.studies.study import simulate
 from coverdrive.simulation.traffic.motion import with_states
 
 ROAD = Road.straight()
@@ -116,3 +117,31 @@ def test_it_leaves_a_lane_that_ends() -> None:
     states = driven([(20.0, 5.4, 25.0), (-15.0, 5.4, 25.0)], road, 15.0, speed=22.0)
     at_the_end = states[np.searchsorted(states[:, 0], 270.0)]
     assert at_the_end[1] > 4.5
+
+
+def test_agents_drive_within_the_limits_of_the_car() -> None:
+    class Wild:
+        def reset(self, period: float) -> None:
+            self.calls = 0
+
+        def act(self, scene: Scene, road: Road) -> tuple[float, float]:
+            self.calls += 1
+            return (25.0, 3.0) if self.calls < 20 else (-25.0, 0.0)
+
+    witness = Witness()
+    trace = simulate(witness, AgentPlanner(Wild(), witness), traffic="drivers", vehicles=0, seed=0)
+    inputs = np.array([plan.inputs[0] for plan in trace.plans])
+    assert inputs[:, 0].min() == -8.0 and inputs[:, 0].max() <= 3.0
+    assert np.abs(inputs[:, 1] * np.asarray(trace.scene.speed)[:-1, 0]).max() <= 4.0 + 1e-6
+    assert trace.scene.speed[-1, 0] == 0 and np.asarray(trace.scene.speed).min() >= 0
+
+
+def test_an_agent_that_says_no_numbers_is_named() -> None:
+    class Lost(KeepVelocity):
+        def act(self, scene: Scene, road: Road) -> tuple[float, float]:
+            return np.nan, 0.0
+
+    witness = Witness()
+    with pytest.raises(ValueError, match="expected an acceleration") as caught:
+        simulate(witness, AgentPlanner(Lost(), witness), traffic="drivers", seed=0)
+    assert any("agent" in note and "Lost" in note for note in caught.value.__notes__)

@@ -5,10 +5,10 @@ collisions and fault are the same code. Importing this module registers the envi
 """
 
 from collections.abc import Sequence
+from copy import deepcopy
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
-from jaxtyping import Float
 from pydantic import Field
 
 from coverdrive.arguments import all_of, of_kind, shown, wholes
@@ -18,20 +18,20 @@ from coverdrive.errors import SettingError, blaming
 from coverdrive.extras import require
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.problem.constants import vehicle_of
-from coverdrive.planning.problem.vehicle import VehicleSettings, within_limits
+from coverdrive.planning.problem.vehicle import VehicleSettings, allowed
 from coverdrive.planning.solver.manoeuvres import lane_seeking
 from coverdrive.recordings.recording import Recording
 from coverdrive.road import Road
-from coverdrive.road_ahead import bent_on
 from coverdrive.scene import Scene
-from coverdrive.settings import Settings, checked
+from coverdrive.settings import Settings, checked, merged
 from coverdrive.simulation.drives.episode import EpisodeSettings, begin, move
 from coverdrive.simulation.drives.fault import collision_at
 from coverdrive.simulation.drives.outcome import Outcome
 from coverdrive.simulation.drives.trace import Decision, Step, Trace, driven, make_trace
 from coverdrive.simulation.measures.misses import find_windows
-from coverdrive.simulation.predictor import Predictor
+from coverdrive.simulation.predictor import Belief, Predictor, as_given, check_period
 from coverdrive.simulation.roads.initial import EGO
+from coverdrive.simulation.roads.places import Place, recorded_place
 from coverdrive.simulation.studies.setup import MOST_VEHICLES, AnyTraffic, traffic_of
 from coverdrive.simulation.traffic.replay import cut_scenarios
 
@@ -86,7 +86,7 @@ class Motorway(gymnasium.Env[Any, Any]):
     def __init__(
         self,
         traffic: AnyTraffic = "drivers",
-        vehicles: int | Sequence[int] = 5,
+        vehicles: int | Sequence[int] | None = None,
         observation: Shown = "affordance",
         action: Actions = "continuous",
         *,
@@ -103,7 +103,8 @@ class Motorway(gymnasium.Env[Any, Any]):
 
         Args:
             traffic: as of `coverdrive.study`.
-            vehicles: number of uncontrolled vehicles, 0 to 100, or several numbers of which each episode has one.
+            vehicles: number of uncontrolled vehicles, 0 to 100, or several numbers of which each episode has one; if
+                left out, 5, or as many as were recorded.
             observation: see `coverdrive.bridges.observations.observation_of`.
             action: ``continuous``: shares of `ACTION`, from −1 to 1. ``discrete``: 3 · lane + speed, where lane is to
                 steer to the centre of the lane to the right of the one that the ego is in (0), of this one (1), or of
@@ -113,8 +114,8 @@ class Motorway(gymnasium.Env[Any, Any]):
             predictor: for traffics that drive members of predicted sets, and for ``sets``.
             sets: whether ``info`` has the predicted paths of the scene that is shown as ``sets``, and, at the end of an
                 episode, how many ``windows`` were seen and how many of them were ``misses``. This takes time.
-            recordings: to replay.
-            episode: start, length and time steps.
+            recordings: to replay; other traffic drives on a road like theirs.
+            episode: start, length and time steps; what is not set is as on the road.
             reward: what is rewarded.
             car: limits of the ego.
             render_mode: ``rgb_array``: `render` gives a picture of 1200 × 240 pixels. ``human``: a window shows every
@@ -131,12 +132,17 @@ class Motorway(gymnasium.Env[Any, Any]):
             raise SettingError("predicted sets need a predictor; give one, or leave out sets")
         if predictor is not None:
             of_kind("predictor", predictor, Predictor, "a predictor (horizon, predict, choices)")
-        replayed = cut_scenarios(all_of("recordings", recordings, Recording, "recordings, as `coverdrive.read` gives"))
-        self._traffic = traffic_of(traffic, predictor, replayed)
-        self._vehicles = wholes("vehicles", vehicles, 0, MOST_VEHICLES)
-        self._predictor, self._sets = predictor, given.sets
+            check_period(predictor, given.episode.step)
+        recordings = all_of("recordings", recordings, Recording, "recordings, as `coverdrive.read` gives")
+        self._traffic = deepcopy(traffic_of(traffic, predictor, cut_scenarios(recordings)))  # of this environment alone
+        place = recorded_place(recordings) if recordings else Place(vehicles=(5,))
+        self._vehicles = wholes("vehicles", place.vehicles if vehicles is None else vehicles, 0, MOST_VEHICLES)
+        self._given, self._sets = predictor, given.sets
+        self._predictor: Belief | None = predictor
         self._paths: PredictedPaths | None = None
-        self._settings, self._reward = given.episode, given.reward
+        own = given.episode.model_dump(exclude_unset=True)
+        self._settings = EpisodeSettings.model_validate(merged(place.parts["episode"], own))
+        self._reward = given.reward
         self._limits, self.render_mode = vehicle_of(given.car), given.render_mode
         self.metadata = self.metadata | {"render_fps": round(1 / self._settings.step)}
         self._view = View(render_mode == "human", self._settings.step) if render_mode else None
@@ -161,7 +167,7 @@ class Motorway(gymnasium.Env[Any, Any]):
         scene, self._road, self._last = begin(self._traffic, self._settings, vehicles, root)
         self._scenes, self._steps, self._outcome = [scene], [], None
         self._applied, self._open = (0.0, 0.0), True
-        self._paths = None
+        self._paths, self._predictor = None, self._given and as_given(self._given)
         info = self._info()
         self._show()
         return self._shown(scene, self.road), info
@@ -174,7 +180,8 @@ class Motorway(gymnasium.Env[Any, Any]):
         if not self._open:
             raise gymnasium.error.ResetNeeded("the episode is over, or has not begun; reset the environment")
         before, dt = self.scene, self._settings.step
-        self._applied = self._allowed(self._wish(action), before.states[EGO])
+        own = before.states[EGO]
+        self._applied = allowed(own, self._wish(action), self._applied, dt, self.road, self._limits)
         moved = move(before, np.array(self._applied), self._traffic, dt)
         self._scenes.append(moved.scene)
         if self._paths is not None:
@@ -256,13 +263,6 @@ class Motorway(gymnasium.Env[Any, Any]):
         centre = float(road.edges_at(lon)[lane : lane + 2].mean())
         return _ACCELERATIONS[faster], lane_seeking(lat, speed, heading, centre, 1.0)
 
-    def _allowed(self, wish: tuple[float, float], state: Float[np.ndarray, " 4"]) -> tuple[float, float]:
-        """The nearest inputs that the limits of the car allow."""
-        lon, lat, speed, heading = state.tolist()
-        here, dt = (lon, lat, speed, heading), self._settings.step
-        stretch, ease, follow, gain = (float(np.ravel(each)[0]) for each in bent_on(state[:, None], self.road)[:4])
-        return within_limits(here, wish, self._applied, dt, dt, (stretch, ease, follow, gain), self._limits)
-
     def _seen(self) -> tuple[Scene, Road, PredictedPaths | None, str]:
         """What a picture shows."""
         now = (len(self._scenes) - 1) * self._settings.step
@@ -282,9 +282,9 @@ class Motorway(gymnasium.Env[Any, Any]):
             "partner": found.partner if found and found.partner is not None else -1,
             "off_road": off_road,
         }
-        if self._predictor is not None and self._sets:
+        if self._given is not None and self._predictor is not None and self._sets:
             with blaming("predictor", self._predictor):
-                steps = int(self._predictor.horizon / _PATH_STEP + 1e-9)
+                steps = int(self._given.horizon / _PATH_STEP + 1e-9)
                 self._paths = self._predictor.predict(self.scene, self.road, EGO, _PATH_STEP, steps)
             info["sets"] = self._paths
             if not self._open:

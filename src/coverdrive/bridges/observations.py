@@ -1,6 +1,7 @@
 """What an agent is shown of a scene: the affordance of the ego, or the vehicles around it in arrays with a mask."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -44,14 +45,18 @@ def observation_of(kind: Shown, slots: int) -> tuple["gymnasium.Space[Any]", Cal
         )
         low = np.where(["length" in name for name in names], 0.0, -high)
         space = box(low.astype(np.float32), high.astype(np.float32))
-        ego = np.array([EGO])
-        return space, lambda scene, road: np.clip(features_of(scene, road, ego)[0], space.low, space.high)
+        return space, partial(_affordance, low=space.low, high=space.high)
     spaces: dict[str, gymnasium.Space[Any]] = {
         "vehicles": box(np.tile(-_VEHICLE, (slots, 1)), np.tile(_VEHICLE, (slots, 1))),
         "mask": gymnasium.spaces.MultiBinary(slots),
         "road": box(-_FAR, _FAR, (4,)),
     }
-    return gymnasium.spaces.Dict(spaces), lambda scene, road: _around(scene, road, slots)
+    return gymnasium.spaces.Dict(spaces), partial(_around, slots=slots)
+
+
+def _affordance(scene: Scene, road: Road, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """The features of the ego, within their bounds."""
+    return np.clip(features_of(scene, road, np.array([EGO]))[0], low, high)
 
 
 def _around(scene: Scene, road: Road, slots: int) -> dict[str, np.ndarray]:

@@ -14,6 +14,7 @@ import numpy as np
 from coverdrive.driving.driver import Command, Driver
 from coverdrive.driving.perception import Perception, Told
 from coverdrive.driving.recorder import Recorder, trace_of
+from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
 from coverdrive.recordings.tracks.smoothing import SmoothingSettings
 from coverdrive.road import Road
@@ -94,7 +95,15 @@ def drive(world: World, driver: Driver | None, seed: int, duration: float | None
             nothing.
         seed: of the drive.
         duration: [s] after which it ends in any case.
+
+    Raises:
+        SettingError: the driver was made for another period than the world's.
     """
+    if driver and abs(driver.period - world.car.period) > 1e-9:
+        raise SettingError(
+            f"this world is told every {world.car.period:g} s, the driver decides every {driver.period:g} s; make it "
+            "with that `period`"
+        )
     world.reset(seed)
     steps = np.inf if duration is None else max(1, round(duration / world.car.period))
     trace = _driven(world, driver, steps) if driver else _watched(world, steps)

@@ -54,8 +54,8 @@ def independent(recordings: Sequence[Recording]) -> list[list[Recording]]:
         each.table.select("identity").unique().with_columns(recording=pl.lit(number, pl.Int64))
         for number, each in enumerate(recordings)
     )
-    links = shown.join(shown, on="identity", suffix="_b").select("recording", "recording_b").to_numpy()
-    part = linked(*links.T, len(recordings))
+    links = shown.join(shown, on="identity", suffix="_b")
+    part = linked(links["recording"].to_numpy(), links["recording_b"].to_numpy(), len(recordings))
     return [[recordings[i] for i in np.flatnonzero(part == each).tolist()] for each in np.argsort(-np.bincount(part))]
 
 

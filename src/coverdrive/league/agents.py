@@ -15,7 +15,8 @@ from coverdrive.league.beliefs import ConstantVelocity
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
 from coverdrive.planning.planner import PlannerSettings
-from coverdrive.planning.problem.vehicle import step
+from coverdrive.planning.problem.constants import vehicle_of
+from coverdrive.planning.problem.vehicle import VehicleSettings, allowed, step
 from coverdrive.planning.solver.manoeuvres import lane_seeking
 from coverdrive.road import Road
 from coverdrive.scene import Scene
@@ -57,16 +58,20 @@ class Witness:
 
 
 class AgentPlanner:
-    """An agent as a planner: what it does now, held for the whole horizon, without knowing of any path."""
+    """An agent as a planner: what it does now, held for the whole horizon, without knowing of any path.
+
+    What is driven is the nearest to it that the limits of the car allow, as in the environment of Gymnasium.
+    """
 
     dt, steps = 0.25, 12
 
-    def __init__(self, agent: Agent, witness: Witness):
+    def __init__(self, agent: Agent, witness: Witness, vehicle: VehicleSettings | None = None):
         """Show an agent what the witness sees, which has to be the belief that it drives with."""
-        self.agent, self._witness = agent, witness
+        self.agent, self.vehicle, self._witness = agent, vehicle or VehicleSettings(), witness
 
     def reset(self, period: float) -> None:
         """`Agent.reset`."""
+        self._period, self._before = period, (0.0, 0.0)
         with blaming("agent", self.agent):
             self.agent.reset(period)
 
@@ -74,7 +79,11 @@ class AgentPlanner:
         """What the agent does in the scene that was seen last."""
         with blaming("agent", self.agent):
             acceleration, yaw_rate = self.agent.act(self._witness.scene, road)
-        inputs, states = np.tile(np.array([acceleration, yaw_rate], dtype=float), (self.steps, 1)), [state]
+            wish = float(acceleration), float(yaw_rate)
+            if not np.isfinite(wish).all():
+                raise ValueError(f"expected an acceleration [m/s²] and a yaw rate [rad/s], got {wish}")
+        self._before = allowed(state, wish, self._before, self._period, road, vehicle_of(self.vehicle))
+        inputs, states = np.tile(self._before, (self.steps, 1)), [state]
         for each in inputs:
             states.append(step(states[-1], each, self.dt))
         return Plan(np.array(states), inputs, np.zeros(self.steps), Status.INVALID_INPUT, 0.0, 0.0, self.dt)

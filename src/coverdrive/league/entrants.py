@@ -27,6 +27,7 @@ from coverdrive.league.fiss import FISS, absent
 from coverdrive.percentages import at_most, percent
 from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
+from coverdrive.planning.problem.vehicle import VehicleSettings
 from coverdrive.simulation.predictor import Belief, Predictor
 from coverdrive.simulation.studies.setup import AnyPlanner, Setup
 from coverdrive.simulation.traffic.replay import Scenario
@@ -108,14 +109,14 @@ def _known_future(known: Known, place: Place) -> Seat | str:
     return _with(KnownFuture(place.future) if place.future else "only replay tells it what will be", place)
 
 
-def _acting(make: Callable[[], Agent]) -> Seat:
-    """An agent and what shows it the scene."""
+def _acting(make: Callable[[], Agent], place: Place) -> Seat:
+    """An agent in the car of a place, and what shows it the scene."""
     witness = Witness()
-    return Seat(witness, partial(_agent_planner, make, witness))
+    return Seat(witness, partial(_agent_planner, make, witness, place.settings.problem.vehicle))
 
 
-def _agent_planner(make: Callable[[], Agent], witness: Witness) -> Planner:
-    return AgentPlanner(make(), witness)
+def _agent_planner(make: Callable[[], Agent], witness: Witness, vehicle: VehicleSettings) -> Planner:
+    return AgentPlanner(make(), witness, vehicle)
 
 
 def _fiss(known: Known, place: Place) -> Seat | str:
@@ -133,9 +134,9 @@ ENTRANTS: dict[str, Callable[[Known, Place], Seat | str]] = {
     "constant-velocity-box": lambda known, place: _with(known.box, place),  # one box, as certain as the default's sets
     "constant-velocity": lambda known, place: _with(ConstantVelocity(), place),  # bodies that keep their velocity
     "known-future": _known_future,  # what recorded vehicles will do, and our planner
-    "idm-mobil": lambda known, place: _acting(partial(IdmMobil, place.settings)),
-    "idm": lambda known, place: _acting(Idm),  # in the lane of the start
-    "keep-velocity": lambda known, place: _acting(KeepVelocity),  # in the lane of the start
+    "idm-mobil": lambda known, place: _acting(partial(IdmMobil, place.settings), place),
+    "idm": lambda known, place: _acting(Idm, place),  # in the lane of the start
+    "keep-velocity": lambda known, place: _acting(KeepVelocity, place),  # in the lane of the start
     "fiss-future": _fiss,  # FISS+, told what recorded vehicles will do
     "fiss-constant-velocity": _fiss,
     "own": _own,  # the world's own driver: IDM and MOBIL in highway-env, Krauss and LC2013 in SUMO
@@ -180,7 +181,13 @@ def _made(name: str, settings: PlannerSettings, source: str = "") -> Any:
     """What a factory, of a module whose source has this hash, makes of the settings, or of nothing."""
     factory = factory_of(name)
     with blaming("entrant", factory):
-        return factory(settings) if inspect.signature(factory).parameters else factory()
+        return factory(settings) if _takes_settings(inspect.signature(factory)) else factory()
+
+
+def _takes_settings(signature: inspect.Signature) -> bool:
+    """Whether a factory's first argument is left to the league."""
+    first = next(iter(signature.parameters.values()), None)
+    return first is not None and (first.name == "settings" or first.default is first.empty)
 
 
 def _entered(name: str, known: Known, place: Place) -> Seat:
@@ -192,7 +199,7 @@ def _entered(name: str, known: Known, place: Place) -> Seat:
     if isinstance(made, Planner):
         return Seat(known.predictor, again)
     if isinstance(made, Agent):
-        return _acting(again)
+        return _acting(again, place)
     if isinstance(made, Belief):
         return Seat(made, MpcPlanner(place.settings))
     raise SettingError(

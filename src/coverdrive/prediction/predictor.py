@@ -34,7 +34,7 @@ _LEAST = 1e-9
 """least of what a score may lack"""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Predictor(StoredPredictor):
     """Says what every vehicle of a scene may do next."""
 

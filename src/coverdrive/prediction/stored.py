@@ -125,6 +125,8 @@ def grid_of(
     horizon: float, step: float, dt: float | None = None, steps: int | None = None, like: TimeGrid | None = None
 ) -> tuple[float, int]:
     """The grid of times that is asked for, if the horizon reaches that far; ``step`` apart if nothing is."""
+    if like is not None and not dt is steps is None:
+        raise SettingError("a planner that is to be like has its dt and steps; leave these out")
     dt, steps = (dt, steps) if like is None else (like.dt, like.steps)
     dt = step if dt is None else dt
     if not 0 < dt < np.inf:

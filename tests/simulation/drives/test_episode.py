@@ -13,6 +13,7 @@ from coverdrive.simulation.drives.outcome import Fault, Kind, contacts
 from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.roads.initial import EGO, InitialSettings
 from coverdrive.simulation.traffic.set_sampling import SetSamplingTraffic
+from shape_checks import unchecked
 
 PREDICTOR = FakePredictor(FakeBasis.make())
 SCENE_FIELDS = ("lon", "lat", "speed", "heading", "length", "width", "valid")
@@ -160,6 +161,37 @@ def test_the_ego_swerves_into_its_neighbour(monkeypatch):
         monkeypatch, make_scene([0, 0.0], [1.8, 5.4]), ConstantPlanner(yaw_rate=0.1), straight, duration=5.0
     )
     assert (trace.outcome.kind, trace.outcome.at_fault) == (Kind.SIDE, Fault.EGO)
+
+
+def test_braking_ends_at_rest():
+    trace = run(1, ConstantPlanner(acceleration=-8.0), duration=6.0)
+    assert trace.scene.speed[-1, EGO] == 0 and (trace.scene.speed[:, EGO] >= 0).all()
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"vehicle": lambda each: each + 100},
+        {"vehicle": lambda each: each * 0},
+        {"vehicle": lambda each: each.astype(float)},
+        {
+            "points": lambda each: np.dstack([each, each[..., :1]]),
+            "half_sizes": lambda each: np.dstack([each, each[..., :1]]),
+        },
+        {"weight": lambda each: np.ones(99)},
+        {"ellipses": lambda each: np.ones((1, 2, 3))},
+    ],
+    ids=["nobody", "the ego", "no numbers of slots", "three coordinates", "more weights", "other ellipses"],
+)
+def test_a_belief_that_foretells_what_nobody_can_use_is_named(changes):
+    class Odd(FakePredictor):
+        def predict(self, *args):
+            paths = super().predict(*args)
+            return replace(paths, **{name: change(getattr(paths, name)) for name, change in changes.items()})
+
+    with unchecked(), pytest.raises(ValueError) as caught:
+        run_episode(Odd(FakeBasis.make()), ConstantPlanner(), SetSamplingTraffic(PREDICTOR), EpisodeSettings(), 4, 0)
+    assert "expected" in str(caught.value) and "predictor" in " ".join(caught.value.__notes__)
 
 
 @pytest.mark.parametrize("inputs", [(np.nan, 0.0), (1e4, 0.0), (0.0, -50.0)])

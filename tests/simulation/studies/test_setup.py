@@ -10,22 +10,27 @@ import numpy as np
 import pytest
 from simulation_fakes import ConstantPlanner, FakeBasis, FakePredictor
 
+from coverdrive.league.agents import AgentPlanner, Witness
 from coverdrive.league.beliefs import ConstantVelocity
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.prediction.adaptive import Adaptive
 from coverdrive.road import Road
+from coverdrive.scene import Scene
 from coverdrive.simulation.studies.setup import Setup, described
 from coverdrive.simulation.traffic.replay import Scenario
 
 
 class Mine(ConstantPlanner):
-    """Of a user's, who keeps to himself what it is made with."""
+    """Of a user's, who keeps to himself what it is made with; also an agent."""
 
-    def __init__(self, gain: float):
+    def __init__(self, gain: Any):
         self._gain, self.driven = gain, 0
 
+    def act(self, scene: Scene, road: Road) -> tuple[float, float]:
+        return float(self._gain), 0.0
 
-def around(gain: float) -> Callable[[], Mine]:
+
+def around(gain: Any) -> Callable[[], Mine]:
     return lambda: Mine(gain)
 
 
@@ -39,10 +44,26 @@ def given(gain: float) -> Callable[[], Mine]:
         lambda value: partial(MpcPlanner, settings=PlannerSettings(lane_change=value)),
         lambda value: partial(Mine, value),
         Mine,
+        lambda value: Mine([value]),
+        lambda value: Mine({"gain": np.array([value])}),
+        lambda value: partial(Mine, [np.float32(value)]),
         around,
+        lambda value: around([value]),
         given,
+        lambda value: AgentPlanner(Mine(value), Witness()),
     ],
-    ids=["settings by name", "a value", "a private attribute", "a variable around", "what is usual"],
+    ids=[
+        "settings by name",
+        "a value",
+        "a private attribute",
+        "a list",
+        "an array",
+        "a list of numpy",
+        "a variable around",
+        "a list around",
+        "what is usual",
+        "an agent",
+    ],
 )
 def test_what_is_made_with_other_values_is_another_one(make: Callable[[float], Any]) -> None:
     one, same, other = (described(make(value)) for value in (1.0, 1.0, 2.0))
@@ -80,6 +101,17 @@ def test_a_belief_that_is_made_with_another_one_is_another_one(make: Callable[[f
     made = (Adaptive(make(value)) if adapts else make(value) for value in (1.0, 1.0, 2.0))
     one, same, other = (json.dumps(Setup(each).description()["predictor"]) for each in made)
     assert one == same != other
+
+
+def test_other_agents_are_other_planners_and_what_holds_itself_is_described() -> None:
+    class Other(Mine):
+        pass
+
+    one, other = (described(AgentPlanner(agent(1.0), Witness())) for agent in (Mine, Other))
+    assert one != other
+    knot = Mine(1.0)
+    knot._gain = [knot]
+    assert json.dumps(described(knot))
 
 
 def test_who_has_driven_is_the_same() -> None:

@@ -12,7 +12,8 @@ from jaxtyping import Float
 from pydantic import Field
 
 from coverdrive.compiled import compiled
-from coverdrive.road_ahead import TINY, Bend, State
+from coverdrive.road import Road
+from coverdrive.road_ahead import TINY, Bend, State, bent_on
 from coverdrive.scene import beside
 from coverdrive.settings import Settings
 
@@ -145,6 +146,16 @@ def within_limits(
     least = min(max(right, -_fastest_turn(vehicle.max_heading + heading, swing, dt)), left)
     most = max(min(left, _fastest_turn(vehicle.max_heading - heading, swing, dt)), right)
     return acceleration, min(max(wish[1], least), most)
+
+
+def allowed(
+    state: Float[np.ndarray, " 4"], wish: tuple[float, float], before: tuple[float, float], period: float, road: Road,
+    vehicle: Any,
+) -> tuple[float, float]:  # fmt: skip
+    """`within_limits` on a road, for one period [s] after inputs that were driven for another."""
+    here: Any = tuple(state.tolist())
+    bend: Any = tuple(float(np.ravel(each)[0]) for each in bent_on(state[:, None], road)[:4])
+    return within_limits(here, wish, before, period, period, bend, vehicle)
 
 
 @compiled

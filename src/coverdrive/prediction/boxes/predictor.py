@@ -23,7 +23,7 @@ _ENDS = np.array(list(product((-0.8, 0.0, 0.8), repeat=2)))
 """where motions that traffic may drive end, in half sizes of the last box: a turned body still has room in it"""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BoxPredictor(StoredPredictor):
     """Says in which box every vehicle of a scene stays."""
 

@@ -111,7 +111,10 @@ def _generators(seed: int | np.random.SeedSequence) -> list[np.random.Generator]
 
 
 def move(scene: Scene, inputs: Float[np.ndarray, " 2"], traffic: Traffic, dt: float) -> TrafficStep:
-    """Everybody after ``dt`` [s] in which the ego drove these inputs; a DataError if somebody is nowhere."""
+    """Everybody after ``dt`` [s] in which the ego drove these inputs; a DataError if somebody is nowhere.
+
+    Braking ends at rest: the ego does not go backwards.
+    """
     with blaming("traffic", traffic):
         moved = _given(traffic.step(scene, dt), TrafficStep, "step")
         states = moved.scene.states
@@ -122,7 +125,10 @@ def move(scene: Scene, inputs: Float[np.ndarray, " 2"], traffic: Traffic, dt: fl
             f"traffic {type(traffic).__qualname__} moved vehicle {lost} to the state {states[lost].tolist()}; expected "
             "finite lon [m], lat [m], speed [m/s] and heading [rad]"
         )
-    states[EGO] = after_step(tuple(scene.state_of(EGO).tolist()), tuple(inputs.tolist()), dt)
+    lon, lat, speed, heading = scene.state_of(EGO).tolist()
+    acceleration, yaw_rate = inputs.tolist()
+    driven = max(acceleration, min(0.0, -speed / dt)), yaw_rate
+    states[EGO] = after_step((lon, lat, speed, heading), driven, dt)
     return replace(moved, scene=with_states(moved.scene, states))
 
 
@@ -162,8 +168,17 @@ def _predicted(predictor: Belief, planner: Planner, scene: Scene, road: Road) ->
     with blaming("predictor", predictor):
         paths = _given(predictor.predict(scene, road, EGO, planner.dt, planner.steps), PredictedPaths, "predict")
         _check_array("points of predict", paths.points)
-        _check_shape("half sizes", paths.half_sizes, paths.points.shape)
-        _check_shape("vehicles", paths.vehicle, paths.points.shape[:1])
+        count = np.shape(paths.points)[:1]
+        _check_shape("points", paths.points, (*count, planner.steps + 1, 2))
+        for name, given in (("half sizes", paths.half_sizes), ("ellipses", paths.ellipses)):
+            if given is not None:
+                _check_shape(name, given, paths.points.shape)
+        for name, given in (("vehicles", paths.vehicle), ("weights", paths.weight)):
+            if given is not None:
+                _check_shape(name, given, count)
+        slots = np.asarray(paths.vehicle)
+        if len(slots) and not (slots.dtype.kind in "iu" and ((slots > EGO) & (slots < scene.vehicles)).all()):
+            raise ValueError(f"expected slots of others, 1 to {scene.vehicles - 1}, as vehicles, got {slots.tolist()}")
         return paths
 
 

@@ -4,7 +4,7 @@ Trial i has its own random numbers, so that it is the same alone and within a st
 """
 
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -39,7 +39,6 @@ AnyTraffic = str | TrafficSettings | Traffic | Callable[[], Traffic]
 """the name of a traffic, settings of one, a model of your own, or what makes one"""
 
 _PLAIN = (bool, int, float, str)
-_TOLD = (*_PLAIN, tuple, Settings)
 
 Participants = tuple[Belief, Planner, Traffic]
 """who takes part in an episode; built once per process, because solvers cannot move between processes"""
@@ -189,49 +188,59 @@ def identity(belief: Belief | str | None) -> Any:
     return known
 
 
-def described(part: Any) -> Any:
-    """Settings, numbers and text as JSON values; of anything else its name, with its settings if it has some, and of
-    what is not of this package what tells whether it was changed: a hash of its source, and such values and beliefs
-    of its attributes that have the names of what it is made with, also after an underscore, or such values of the
-    variables around a function.
+def described(part: Any, within: tuple[int, ...] = ()) -> Any:
+    """Settings, numbers, text and what holds them as JSON values, arrays as a hash; of anything else its name, with its
+    settings if it has some, and what tells whether it was changed: such of its attributes that have the names of what
+    it is made with, also after an underscore, and of what is not of this package a hash of its source, and the
+    variables around a function. ``within`` are the ids of what it is a part of, which may be a part of it.
     """
     if isinstance(part, Settings):
         return part.model_dump(mode="json")
+    if isinstance(part, np.generic):
+        return part.item()
     if part is None or isinstance(part, _PLAIN):
         return part
-    if isinstance(part, tuple):
-        return [described(each) for each in part]
+    if id(part) in within:
+        return name_of(part)
+    inside = (*within, id(part))
+
+    def each_of(parts: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+        return {name: identity(each) if isinstance(each, Belief) else described(each, inside) for name, each in parts}
+
+    if isinstance(part, list | tuple):
+        return [described(each, inside) for each in part]
+    if isinstance(part, dict):
+        return each_of((str(name), each) for name, each in part.items())
+    if isinstance(part, np.ndarray) or hasattr(part, "__array__"):
+        values = np.asarray(part)
+        return described(values.tolist(), inside) if values.dtype == object else {"array": fingerprint(values)}
     if isinstance(part, partial):
-        named = {name: described(each) for name, each in part.keywords.items()}
-        with_all = [*(described(each) for each in part.args), *([named] if named else [])]
-        return {"made by": described(part.func), "with": with_all}
+        named = each_of(part.keywords.items())
+        with_all = [*(described(each, inside) for each in part.args), *([named] if named else [])]
+        return {"made by": described(part.func, inside), "with": with_all}
     settings = getattr(part, "settings", None)
     if isinstance(part, MpcPlanner):
         return described(settings)
     about: dict[str, Any] = {"settings": described(settings)} if isinstance(settings, Settings) else {}
     made = maker_of(part)
-    if made.__module__.partition(".")[0] != "coverdrive":
+    own = made.__module__.partition(".")[0] == "coverdrive"
+    if not own:
         with suppress(OSError, TypeError):  # there is no file with its source
             about["code"] = fingerprint(np.frombuffer(inspect.getsource(made).encode(), np.uint8))
-        with suppress(ValueError, TypeError):  # it is not written in Python
-            about |= _around(part) if made is part else _attributes(part)
+    with suppress(ValueError, TypeError):  # it is not written in Python
+        if made is not part:
+            about |= each_of(_attributes(part))
+        elif inspect.isfunction(made) and not own:
+            around, usually = inspect.getclosurevars(made).nonlocals, list(made.__defaults__ or ())
+            about |= {"around": each_of(around.items())} if around else {}
+            about |= {"usually": described(usually, inside)} if usually else {}
     return {"name": name_of(part), **about} if about else name_of(part)
 
 
-def _attributes(part: Any) -> dict[str, Any]:
-    """Those of the names of what an object is made with that can be described by their values."""
-    found = {
-        name: getattr(part, name, getattr(part, f"_{name}", None)) for name in inspect.signature(type(part)).parameters
-    }
-    told = {name: each for name, each in found.items() if isinstance(each, (*_TOLD, Belief)) and name != "settings"}
-    return {name: identity(each) if isinstance(each, Belief) else described(each) for name, each in told.items()}
-
-
-def _around(made: Any) -> dict[str, Any]:
-    """What a function takes from where it was defined, as far as it can be described by its values."""
-    if not inspect.isfunction(made):
-        return {}
-    around = inspect.getclosurevars(made).nonlocals
-    told = {name: described(each) for name, each in around.items() if isinstance(each, _TOLD)}
-    given = [described(each) for each in made.__defaults__ or () if isinstance(each, _TOLD)]
-    return ({"around": told} if told else {}) | ({"usually": given} if given else {})
+def _attributes(part: Any) -> Iterator[tuple[str, Any]]:
+    """Those of the names of what an object is made with."""
+    for name in inspect.signature(type(part)).parameters:
+        for attribute in (name, f"_{name}"):
+            if name != "settings" and hasattr(part, attribute):
+                yield name, getattr(part, attribute)
+                break
