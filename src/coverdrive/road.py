@@ -67,6 +67,12 @@ class Road:
     side: Literal["right", "left"] = field(default="right", metadata={"static": True})
     """of the road on which vehicles drive, and slower ones of a carriageway"""
 
+    def same(self, other: "Road") -> bool:
+        """Whether they have the same numbers, so that what is at a position of one is there on the other."""
+        parts, others = jax.tree.leaves(self), jax.tree.leaves(other)
+        alike = jax.tree.structure(self) == jax.tree.structure(other)
+        return alike and all(map(np.array_equal, parts, others))
+
     @property
     def lanes(self) -> int:
         """Number of lanes L."""

@@ -16,6 +16,7 @@ from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.problem.vehicle import VehicleSettings, step
 from coverdrive.planning.rules.wish import NO_WISH
 from coverdrive.prediction.stored import checked_scale
+from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import Road
 from shape_checks import unchecked
 
@@ -90,6 +91,26 @@ def test_what_is_said_of_the_car_reaches_the_planner_and_leaves_the_given_one() 
     command = driver.step(OWN, OTHERS, ROAD)
     assert (command.scene.length[0], command.scene.width[0]) == (12.0, 2.5)
     assert Driver(PREDICTOR).planner.settings.budget is None
+
+
+@pytest.mark.parametrize("measured", [False, True])
+@pytest.mark.parametrize("curvature", [0.0, 1 / 300])
+def test_another_road_is_driven_from_its_first_moment_on(curvature: float, measured: bool) -> None:
+    """Its origin is elsewhere, and it has a lane less on the right; whoever is there is seen as before."""
+    edges = 3.6 * np.arange(4)
+    lines = [
+        ReferenceLine(np.array([x, 5.4]), 0.0, np.full(701, bend), 700.0) for x, bend in ((0.0, 0.0), (70.0, curvature))
+    ]
+    roads = Road(edges - 5.4, 700.0, lines[0]), Road(edges[1:] - 5.4, 700.0, lines[1])
+    driver, own = Driver(PREDICTOR, wanted_speed=20.0), np.array([20.0, 5.4, 20.0, 0.0])
+    for k in range(28):
+        there = (own[0] + 40.0, 5.4) if measured else (own[0] + 40.0, 5.4, 20.0, 0.0)
+        command = driver.step(own, {"ahead": (there, CAR)}, roads[k >= 25])
+        own[0] += 2.0
+        if k >= 25:
+            assert command.plan.status is Status.SOLVED
+            assert command.yaw_rate == pytest.approx(20.0 * curvature, abs=0.06)
+            assert command.scene.speed[1] == pytest.approx(20.0, rel=0.05)
 
 
 def test_any_planner_drives() -> None:

@@ -79,7 +79,7 @@ def test_vehicles_come_and_go() -> None:
 
 def test_a_drive_ends_once_and_on_the_road_where_it_began() -> None:
     recorder = appearing()
-    with pytest.raises(DataError, match="the road has other lanes than at the first step"):
+    with pytest.raises(DataError, match="the road is another one than at the first step"):
         recorder.step((30.0, 1.8, 20.0, 0.0), {}, Road.straight(lanes=4))
     recorder.end((24.0, 1.8, 20.0, 0.0), {})
     assert len(recorder.trace()) == 12

@@ -28,6 +28,9 @@ Told = tuple[Numbers, Numbers]
 _STATE = "x [m], y [m], speed [m/s] and heading [rad] of its centre"
 _FASTEST, _LARGEST = 150.0, 100.0
 """[m/s], [m] beyond which numbers are not those of a vehicle"""
+_NOWHERE = np.full(2, np.nan)
+_KEPT = 20
+"""measured positions of a vehicle"""
 _SAME = 0.01
 """[m] nobody is nearer to the ego's centre but itself"""
 
@@ -41,6 +44,8 @@ class _Vehicle:
     """moment at which it was last told of"""
     sight: Sight = field(default_factory=Sight)
     """what is known from measured positions"""
+    measured: list[tuple[float, float]] = field(default_factory=list[tuple[float, float]])
+    """x [m] and y [m] of the last of these, not numbers where there were none"""
 
 
 class Perception:
@@ -63,6 +68,7 @@ class Perception:
         """Forget all vehicles."""
         self._vehicles: dict[Hashable, _Vehicle] = {}
         self._moment, self._slots = 0, EGO + 1
+        self._road: Road | None = None
 
     def scene(self, own: Any, others: Any, road: Road) -> Scene:
         """The scene of the next moment in the road frame, the ego in slot 0; of what `Driver.step` is told.
@@ -81,23 +87,27 @@ class Perception:
                 raise DataError(f"{problem}; leave the ego out of the others")
             states.append(state)
             sizes.append(size)
+        if self._road is not None and road is not self._road and not road.same(self._road):
+            self._see_again(road)
+        self._road = road
         measured = np.array([len(state) == 2 for state in states])
         whole = np.array([np.append(state, [0.0, 0.0])[:4] for state in states])
+        places = whole[:, :2].tolist()
         whole[:, 0], whole[:, 1] = road.to_road(whole[:, 0], whole[:, 1])
         whole[:, 3] = road.heading_to_road(whole[:, 0], whole[:, 3])
         turned = np.abs(whole[:, 3]) > np.pi
         whole[turned, 3] = np.remainder(whole[turned, 3] + np.pi, 2 * np.pi) - np.pi
-        seen = self._look(list(others), whole, measured, road)
+        seen = self._look(list(others), whole, places, measured, road)
         speed, heading = road.rates(whole[:, 0], whole[:, 1], np.abs(whole[:, 2]), whole[:, 3])
         whole[:, 2], whole[:, 3] = np.copysign(speed, whole[:, 2]), heading
         self._moment += 1
         return self._arranged(list(others), whole, np.array(sizes), seen)
 
     def _look(
-        self, names: list[Hashable], states: Float[np.ndarray, "n 4"], measured: np.ndarray, road: Road
-    ) -> np.ndarray:
+        self, names: list[Hashable], states: Float[np.ndarray, "n 4"], places: list[list[float]], measured: np.ndarray,
+        road: Road,
+    ) -> np.ndarray:  # fmt: skip
         """Put what is known of measured vehicles into the states of all; tell whose states are known."""
-        nowhere, noises = np.full(2, np.nan), (self._smoothing.position_noise, self._smoothing.acceleration_noise)
         for name, vehicle in list(self._vehicles.items()):
             if self._moment - vehicle.last > self._forget:
                 del self._vehicles[name]
@@ -106,13 +116,13 @@ class Perception:
             vehicle = self._vehicles.get(name) or self._new(name)
             missing = self._moment - vehicle.last - 1
             if not measured[i] or missing * self._period > LONGEST_GAP:
-                vehicle.sight = Sight()
+                vehicle.sight, vehicle.measured = Sight(), []
             elif vehicle.sight.begun:
                 for _ in range(missing):
-                    vehicle.sight.measure(nowhere, self._period, noises)
+                    self._measure(vehicle, _NOWHERE, _NOWHERE)
             vehicle.last = self._moment
             if measured[i]:
-                found = vehicle.sight.measure(states[i, :2], self._period, noises)
+                found = self._measure(vehicle, states[i, :2], places[i])
                 known[i] = found is not None
                 if found is not None:
                     states[i, :2], rates[i] = found[:2], found[2:]
@@ -120,6 +130,19 @@ class Perception:
         along, across = rates[measured].T
         states[measured, 2:] = np.transpose(motion(along * road.stretch(lon, lat), across))
         return known
+
+    def _measure(self, vehicle: _Vehicle, position: Numbers, place: Numbers) -> Float[np.ndarray, " 4"] | None:
+        """`Sight.measure` of a position on the road, whose place on the map is kept for another road."""
+        vehicle.measured = [*vehicle.measured[1 - _KEPT :], (place[0], place[1])]
+        noises = self._smoothing.position_noise, self._smoothing.acceleration_noise
+        return vehicle.sight.measure(np.asarray(position, dtype=float), self._period, noises)
+
+    def _see_again(self, road: Road) -> None:
+        """Measure all vehicles anew, on another road."""
+        for vehicle in self._vehicles.values():
+            vehicle.sight, places = Sight(), vehicle.measured
+            for place in places:
+                self._measure(vehicle, road.to_road(*place), place)
 
     def _new(self, name: Hashable) -> _Vehicle:
         """Give a vehicle the first slot that is free."""

@@ -85,8 +85,6 @@ class _Memory(NamedTuple):
 
     lane: int
     """the lane that the plan aimed at"""
-    applied: Float[np.ndarray, " 2"]
-    """acceleration [m/s²] and yaw rate [rad/s] applied since"""
     state: Float[np.ndarray, " 4"]
     """where the plan leads to by the time of the next call"""
     inputs: dict[int, Float[np.ndarray, "N 2"]]
@@ -192,6 +190,7 @@ class MpcPlanner:
         self._road: Road | None = None
         self._held_on = held_on(problem.steps, period, problem.dt)
         self._memory: _Memory | None = None
+        self._applied = np.zeros(2)  # acceleration [m/s²] and yaw rate [rad/s] since the last call
         self._paths = PathMemory(self.settings.grace)
 
     def plan(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, wish: Wish = NO_WISH) -> Plan:
@@ -201,7 +200,8 @@ class MpcPlanner:
             state: lon [m], lat [m], speed [m/s], heading [rad], one period after the last one. `reset` comes first
                 where it is another car's or another drive's.
             paths: predicted paths at the times k·dt of the plan, k = 0 … K.
-            road: the lanes to drive on; the same object in every call, or it takes some milliseconds.
+            road: the lanes to drive on; the same object in every call, or it takes some milliseconds. On one of other
+                numbers it plans anew.
             wish: speed and lanes that are wanted this time.
 
         Returns:
@@ -246,8 +246,10 @@ class MpcPlanner:
         return None if road.line is None else (self._table.road.spacing, self._table.wanted[1])
 
     def _look_at(self, road: Road) -> None:
-        """Make the table of a road, if it is another one than before."""
+        """Make the table of a road, if it is another one than before, and forget what is in the frame of that."""
         if road is not self._road:
+            if self._road is not None and not road.same(self._road):
+                self._memory, self._paths = None, PathMemory(self.settings.grace)
             self._table, self._road = table_of(road, self.settings.problem), road
             vehicle = self._table.vehicle
             self._calm, self._hurried = (each._replace(vehicle=vehicle) for each in (self._calm, self._hurried))
@@ -371,8 +373,8 @@ class MpcPlanner:
 
     def _around(self, call: Call, paths: PredictedPaths) -> Surroundings:
         """What the search is made for."""
-        applied, problem = self._memory.applied if self._memory else np.zeros(2), self.settings.problem
-        return surroundings_of(call.state, applied, paths, self._table, problem, call.wish, call.manners)
+        problem = self.settings.problem
+        return surroundings_of(call.state, self._applied, paths, self._table, problem, call.wish, call.manners)
 
     def _plan_of(self, call: Call, found: _Found, status: Status) -> Plan:
         """The chosen plan, on the road."""
@@ -400,7 +402,7 @@ class MpcPlanner:
         constants, chosen = call.constants, found.plans.inputs[found.chosen]
         inputs = {lane: constants.shift @ each for lane, each in zip(targets.lanes, found.best, strict=True)}
         rest = self._held_on @ chosen[constants.tree.fail_safe]
-        applied = plan.applied(self._period)
-        after = np.array(after_step(tuple(call.state.tolist()), tuple(applied.tolist()), self._period))
+        self._applied = plan.applied(self._period)
+        after = np.array(after_step(tuple(call.state.tolist()), tuple(self._applied.tolist()), self._period))
         lane = targets.lanes[int(found.plans.lane[found.chosen])]
-        self._memory = _Memory(lane, applied, after, inputs, rest, unknown)
+        self._memory = _Memory(lane, after, inputs, rest, unknown)
