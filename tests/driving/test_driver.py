@@ -113,6 +113,17 @@ def test_another_road_is_driven_from_its_first_moment_on(curvature: float, measu
             assert command.scene.speed[1] == pytest.approx(20.0, rel=0.05)
 
 
+@pytest.mark.parametrize(
+    "road",
+    [Road(np.array([7.2, 3.6, 0.0]), 100.0), Road(np.array([0.0, np.nan]), 100.0), Road(np.zeros(1), 100.0),
+     Road(np.array([0.0, 3.6]), np.nan)],
+    ids=["from the left", "nowhere", "no lane", "no length"],
+)  # fmt: skip
+def test_roads_that_nobody_can_drive_on_are_refused(road: Road) -> None:
+    with pytest.raises(DataError, match=r"the road (has lane edges|is nan m long).*expected"):
+        Driver(PREDICTOR).step(OWN, OTHERS, road)
+
+
 def test_any_planner_drives() -> None:
     planner = ConstantPlanner(acceleration=-1.0, yaw_rate=0.1)
     command = Driver(PREDICTOR, planner).step(OWN, OTHERS, ROAD)

@@ -568,6 +568,9 @@ def test_wishes_choose_speed_and_lanes_for_one_plan_only(straight_paths) -> None
     assert np.array_equal(again, usual)
     assert Wish(lanes=(1, 4)).away(range(6)).tolist() == [1, 0, 1, 1, 0, 1]
     assert Wish().away([3]).tolist() == [0]
+    for wrong in ({"speed": np.nan}, {"lat": np.inf}, {"braking": np.nan}):
+        with pytest.raises(SettingError, match="of a wish: expected a finite number"):
+            Wish(**wrong)
 
 
 def test_what_is_urgent_counts_more_than_comfort_for_one_plan_only(straight_paths) -> None:

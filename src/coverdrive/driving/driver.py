@@ -8,10 +8,12 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from coverdrive.arguments import finite, of_kind, period_of
 from coverdrive.driving.goal import Goal
 from coverdrive.driving.perception import Numbers, Perception, Told
-from coverdrive.errors import SettingError, blaming, during
+from coverdrive.errors import DataError, SettingError, blaming, during
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Planner, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
@@ -118,6 +120,7 @@ class Driver:
             self.planner.reset(self.period)
         self._perception.reset()
         self._steps, self._clear = 0, True
+        self._road: Road | None = None
 
     def see(self, own: Numbers, others: Mapping[Hashable, Told], road: Road) -> Scene:
         """What a step would see, where none follows: after the end of a drive. Arguments and errors as of `step`."""
@@ -138,6 +141,9 @@ class Driver:
             SettingError: the goal cannot be one on this road, or the planner takes none.
         """
         of_kind("road", road, Road, "a Road")
+        if road is not self._road:
+            _check(road)
+            self._road = road
         of_kind("goal", goal, (Goal, type(None)), "a Goal, or None")
         scene = self.see(own, others, road)
         state, wishes = scene.states[EGO], dict[str, Any]()
@@ -158,6 +164,16 @@ class Driver:
         if goal is not None and (firmly := goal.firmly(state, road, self.period)):
             acceleration = min(acceleration, -firmly)
         return Command(acceleration, yaw_rate, steering, decision.plan, decision.paths, scene, *decision[2:])
+
+
+def _check(road: Road) -> None:
+    """Refuse a road that nobody can drive on."""
+    edges = np.asarray(road.edges, dtype=float)
+    if not (edges.ndim == 1 and len(edges) > 1 and np.isfinite(edges).all() and (np.diff(edges) > 0).all()):
+        expected = "expected two or more, finite and ascending from the right edge of the road to the left"
+        raise DataError(f"the road has lane edges at lat = {edges.tolist()} m; {expected}")
+    if not float(road.length) > 0:
+        raise DataError(f"the road is {float(road.length):g} m long; expected more than 0")
 
 
 def adapted(settings: PlannerSettings, **wishes: float) -> PlannerSettings:

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
+from coverdrive.errors import SettingError
+
 
 @dataclass(frozen=True)
 class Wish:
@@ -22,6 +24,12 @@ class Wish:
     on at the speed"""
     urgent: bool = False
     """whether speed and place count more than comfort, and than manners, as to be somewhere in time"""
+
+    def __post_init__(self) -> None:
+        """Refuse what is no number."""
+        for name in ("speed", "lat", "braking"):
+            if (value := getattr(self, name)) is not None and not np.isfinite(value):
+                raise SettingError(f"{name} of a wish: expected a finite number, got {value}")
 
     def away(self, lanes: Sequence[int]) -> Int[np.ndarray, " n"]:
         """How many lanes it is from each of some lanes to the nearest one that is wanted."""
