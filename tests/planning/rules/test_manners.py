@@ -109,6 +109,24 @@ def test_a_headway_is_found_again_calmly(straight_paths, lon: float) -> None:
     assert (lon + 120 - state[0] - 4.8) / state[2] > 0.9
 
 
+@pytest.mark.parametrize("comes_in", [False, True])
+def test_nobody_slower_is_braked_for_harder_than_needed(straight_paths, comes_in: bool) -> None:
+    """Seen 50 m ahead and 10 m/s slower, in the lane or on the way into it: with 8 m/s² if all of it were asked for."""
+    planner, state, slowed = MpcPlanner(), np.array([0.0, 5.4 if comes_in else 1.8, 30.0, 0.0]), list[float]()
+    planner.reset(0.1)
+    times, road = 0.1 * np.arange(90), Road.straight(2 if comes_in else 1)
+    share = np.clip(times / 3.5, 0, 1)
+    lat = 1.8 + 3.6 * share**2 * (3 - 2 * share) * comes_in
+    for now in times:
+        paths = straight_paths((50 + 20 * now, 1.8, 20))
+        paths.points[0, :, 1] = np.interp(now + 0.25 * np.arange(13), times, lat)
+        inputs = planner.plan(state, paths, road).inputs[0]
+        slowed.append(float(inputs[0]))
+        state = step(state, inputs, 0.1)
+    assert -5.0 < min(slowed) < -1.0
+    assert comes_in or (50 + 20 * times[-1] - state[0] - 4.8) / state[2] > 0.6  # or it passes where that one was
+
+
 def test_lanes_are_changed_as_calmly_as_people_do(straight_paths) -> None:
     wished = [
         sideways(straight_paths, PlannerSettings(manners=MannersSettings(sideways=most))) for most in (1.0, 1.71, 10.0)

@@ -3,9 +3,10 @@ it changes lanes.
 
 Everybody is in a second box, which reaches as far ahead and behind as its vehicle comes in the wished time headway, and
 farther if the ego is faster: neither comes the ego that near to whoever is ahead, nor leaves it less to those behind
-it in a lane that it enters. Behind somebody in the own lane who is nearer than that, the headway is asked for only
-as far as the ego gets by slowing down calmly. To be in such a box costs along the drive branch; it is never a contact,
-and never decides whether a plan is clear. Whoever is directly behind in the ego's own lane keeps the distance itself.
+it in a lane that it enters. Behind somebody who is nearer than that in its way, or comes into it, all of this is asked
+for only as far as the ego gets by slowing down calmly. To be in such a box costs along the drive branch; it is never a
+contact, and never decides whether a plan is clear. Whoever is directly behind in the ego's own lane keeps the distance
+itself.
 Through a short gap that would be hurried; so sideways, along the drive branch, the ego is not to be faster than people
 are.
 """
@@ -101,17 +102,17 @@ def _widen(
     moments = boxes.shape[1]
     lat, own_speed, length, width, inflation = own
     for i in range(begin, boxes.shape[2]):
-        ahead = boxes[0, 0, i] >= 0 and abs(boxes[1, 0, i] - lat) < boxes[3, 0, i] + width / 2
         for k in range(moments):
+            ahead = boxes[0, 0, i] >= 0 and abs(boxes[1, k, i] - lat) < boxes[3, k, i] + width / 2
             first, last = max(k - 1, 0), min(k + 1, moments - 1)
             speed = max((boxes[0, last, i] - boxes[0, first, i]) / (dt * (last - first)), 0.0)
             closing = max(own_speed - _EASE * dt * k - speed, 0.0)
-            gap = _headway(headway, speed) * speed
+            reach = _headway(headway, speed) * speed + time_to_collision * closing
             if ahead:
                 time = min(dt * k, own_speed / _EASE)
                 eased = (own_speed - _EASE * time / 2) * time
-                gap = min(gap, max((boxes[0, k, i] - eased) / inflation - boxes[2, k, i] - length / 2, 0.0))
-            boxes[2, k, i] += gap + time_to_collision * closing
+                reach = min(reach, max((boxes[0, k, i] - eased) / inflation - boxes[2, k, i] - length / 2, 0.0))
+            boxes[2, k, i] += reach
             boxes[3, k, i] += beside
             boxes[4, k, i], boxes[5, k, i] = FAR, 0.0
             if k > 0:
