@@ -165,6 +165,20 @@ def write_interaction(folder: Path, real: Truth, degrees: float = 200.0, **chang
     return path
 
 
+def bent(path: Path, radius: float) -> Path:
+    """The file of `write_interaction` with 0 degrees, its road bent to the left by a radius [m] about its beginning."""
+    table = pl.read_csv(path).with_columns(x=pl.col("x") - 1000, y=pl.col("y") - 1000)
+    turn, scale = pl.col("x") / radius, 1 - pl.col("y") / radius
+    table.with_columns(
+        x=(radius - pl.col("y")) * turn.sin(),
+        y=radius - (radius - pl.col("y")) * turn.cos(),
+        vx=scale * (pl.col("vx") * turn.cos() - pl.col("vy") * turn.sin()),
+        vy=scale * (pl.col("vx") * turn.sin() + pl.col("vy") * turn.cos()),
+        psi_rad=pl.col("psi_rad") + turn,
+    ).write_csv(path)
+    return path
+
+
 def write_mona(folder: Path, real: Truth, suffix: str = "csv", **changes: pl.Expr) -> Path:
     """``east_000_001/trajectories``: 25 Hz, frames, speeds without directions, coordinates from a UTM origin."""
     rows = placed(real, degrees=75.0, east=245.0, north=-912.0).select(

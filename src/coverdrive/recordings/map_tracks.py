@@ -89,8 +89,8 @@ def readings_from_map(
     repairs = Counter(tracks.repairs)
     roads = [] if map is None else _mapped(file, tracks, map)
     table, dt = _regular(file, tracks, repairs)
-    sides = split_directions(file, table, repairs)
     known = (*tracks.markings, *tracks.centres) or (() if tracks.line is None else (tracks.line,))
+    sides = split_directions(file, table, repairs, known)
     found = [_on_map(side, roads) if roads else _on_road(file, side, tracks, known) for side in sides]
     notes: dict[str, str] = {}
     if len(sides) == 2:

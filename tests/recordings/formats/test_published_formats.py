@@ -9,7 +9,9 @@ import polars as pl
 import pytest
 from published_formats import (
     EDGES,
+    LENGTH,
     Truth,
+    bent,
     found_again,
     truth,
     write_centre_lines,
@@ -181,23 +183,26 @@ def test_junctions_are_refused(tmp_path: Path):
 def test_roads_that_bend_are_followed(radius: float, tmp_path: Path):
     """By 31° to 52°, to the left and to the right."""
     real = truth(0.1, carriageways=1)
-    path = write_interaction(tmp_path, real, degrees=0.0)
-    table = pl.read_csv(path).with_columns(x=pl.col("x") - 1000, y=pl.col("y") - 1000)
-    turn = pl.col("x") / radius
-    bent = table.with_columns(
-        x=(radius - pl.col("y")) * turn.sin(),
-        y=radius - (radius - pl.col("y")) * turn.cos(),
-        vx=pl.col("vx") * turn.cos() - pl.col("vy") * turn.sin(),
-        vy=pl.col("vx") * turn.sin() + pl.col("vy") * turn.cos(),
-        psi_rad=pl.col("psi_rad") + turn,
-    )
-    scales = table.select(scale=1 - pl.col("y") / radius)["scale"]
-    bent.with_columns(vx=pl.col("vx") * scales, vy=pl.col("vy") * scales).write_csv(path)
+    path = bent(write_interaction(tmp_path, real, degrees=0.0), radius)
     (recording,) = read([path])
     assert recording.repairs == {} and recording.road.lanes == 3
     curvature = recording.road.curvature(np.linspace(50, float(recording.road.length) - 50, 20))
     assert curvature == pytest.approx(1 / radius, rel=0.2)
     assert found_again(recording, real.tables[0], 0.1)["lat"] < 0.1
+
+
+@pytest.mark.parametrize("radius", [1000.0, -1000.0])
+@pytest.mark.parametrize("direction", [0, 1])
+def test_who_stands_where_a_road_bends_is_of_its_own_direction(direction: int, radius: float, tmp_path: Path):
+    """Near an end of the road, where nobody else is, and far from a straight line along its middle."""
+    tables = list(truth(0.1).tables)
+    place = {"lon": 15.0 if direction == 0 else LENGTH - 15.0, "lat": 1.8, "speed": 0.0, "heading": 0.0}
+    standing = tables[direction].unique("frame", maintain_order=True).with_columns(vehicle=999, length=4.5, **place)
+    tables[direction] = pl.concat([tables[direction], standing.cast(dict(tables[0].schema))])
+    path = bent(write_interaction(tmp_path, Truth(tuple(tables), 0.1), degrees=0.0), radius)
+    own, other = sorted(read([path]), key=lambda recording: 1000 not in recording.table["vehicle"])
+    assert own.name.endswith("towards +x" if direction == 0 else "towards -x")
+    assert 1000 in own.table["vehicle"] and 1000 not in other.table["vehicle"]
 
 
 def test_junctions_of_few_are_left_out(tmp_path: Path):

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 import polars as pl
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy.interpolate import CubicSpline, make_smoothing_spline
 
 from coverdrive.errors import RecordingError
@@ -48,18 +48,22 @@ BENT, ENOUGH = 1.5, 3
 more. With 200 m it is up to 1.2° on US-101, 1.3° in curves of 300 m radius, 3° of 150 m; at last 1° in those of 80 m"""
 
 
-def split_directions(file: Path, table: pl.DataFrame, repairs: Counter[str]) -> list[pl.DataFrame]:
+def split_directions(
+    file: Path, table: pl.DataFrame, repairs: Counter[str], known: tuple[Line, ...]
+) -> list[pl.DataFrame]:
     """The rows of each direction of travel, that with more vehicles first.
 
     The table has the columns ``vehicle``, ``moment``, ``x`` and ``y`` [m], and is sorted by the first two. Vehicles
-    that stand belong to the direction whose vehicles pass nearest. ``repairs`` gains ``crossing vehicles`` and
-    ``vehicles the other way``.
+    that stand belong to the direction whose vehicles pass nearest, across the road's line (`line_along`, of the known
+    lines). ``repairs`` gains ``crossing vehicles`` and ``vehicles the other way``.
 
     Raises:
-        RecordingError: nothing moves, too much crosses the road, or vehicles drive both ways in the same place.
+        DataError: the road's line, where it is needed, is none of a road.
+        RecordingError: nothing moves, too much crosses the road, or no line follows the vehicles.
     """
     ends = pl.col("x", "y").last() - pl.col("x", "y").first()
-    way = table.group_by("vehicle", maintain_order=True).agg(ends, pl.col("x", "y").mean().name.suffix("_mean"))
+    midway = pl.col("x", "y").get(pl.len() // 2).name.suffix("_midway")
+    way = table.group_by("vehicle", maintain_order=True).agg(ends, midway)
     moved = way.select("x", "y").to_numpy()
     moving = np.hypot(*moved.T) >= MOVING
     if not moving.any():
@@ -77,20 +81,30 @@ def split_directions(file: Path, table: pl.DataFrame, repairs: Counter[str]) -> 
     counted(repairs, "crossing vehicles", int(crossing.sum()))
     sides = [moving & ~crossing & forward, moving & ~crossing & ~forward]
     sides.sort(key=np.sum, reverse=True)
-    across = ((way["x_mean"].to_numpy() + 1j * way["y_mean"].to_numpy()) / axis).imag
     if sides[1].sum() <= FEW * moving.sum():
         counted(repairs, "vehicles the other way", int(sides[1].sum()))
         sides = [sides[0] | ~moving]
-    else:
+    elif not moving.all():
+        ahead, back = (_rows_of(table, way["vehicle"], side) for side in sides)
+        line = line_along(file, pl.concat([ahead, back.reverse()]), known)  # where either drives
+        across = line.to_road(way["x_midway"], way["y_midway"])[1]
         away = np.stack([np.abs(across - np.median(across[side])) for side in sides])
         sides = [side | (~moving & near) for side, near in zip(sides, away == away.min(axis=0), strict=True)]
-    vehicles = [way["vehicle"].filter(pl.Series(side)) for side in sides]
-    return [table.filter(pl.col("vehicle").is_in(own.implode())) for own in vehicles]
+    return [_rows_of(table, way["vehicle"], side) for side in sides]
+
+
+def _rows_of(table: pl.DataFrame, vehicle: pl.Series, chosen: Bool[np.ndarray, " V"]) -> pl.DataFrame:
+    return table.filter(pl.col("vehicle").is_in(vehicle.filter(pl.Series(chosen)).implode()))
 
 
 def check_apart(file: Path, road: Road, other: pl.DataFrame) -> Literal["right", "left"]:
-    """On which side of the traffic the other way the vehicles of a road keep; refused if that is on the road itself."""
-    low, high = np.quantile(road.to_road(other["x"], other["y"])[1], (0.05, 0.95))
+    """On which side of the traffic the other way the vehicles of a road keep; refused if that is on the road itself.
+
+    Where it is beyond the ends of the road, which go straight on, it does not count if it is beside the road elsewhere.
+    """
+    lon, lat = road.to_road(other["x"], other["y"])
+    beside = (lon >= 0) & (lon <= road.length)
+    low, high = np.quantile(lat[beside] if beside.any() else lat, (0.05, 0.95))
     if low > road.edges[-1]:
         return "right"
     if high < road.edges[0]:
