@@ -7,7 +7,7 @@ carriageway, in its direction of travel. `placed` puts it onto a map whose x and
 import json
 from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import polars as pl
@@ -39,8 +39,20 @@ def truth(dt: float, carriageways: int = 2, seconds: float = 12.0, seed: int = 3
     return Truth(tuple(numbered.partition_by("group", maintain_order=True)), dt)
 
 
-def placed(real: Truth, degrees: float = 0.0, east: float = 0.0, north: float = 0.0) -> pl.DataFrame:
-    """Both carriageways on one map: traffic keeps to the right, eastbound below; the road turned by an angle."""
+def bent(u: Any, v: Any, curvature: float) -> tuple[Any, Any]:
+    """Where places along and to the left of a line are if it begins straight on and has a curvature [1/m]."""
+    if not curvature:
+        return u, v
+    return np.sin(curvature * u) * (1 / curvature - v), 1 / curvature - np.cos(curvature * u) * (1 / curvature - v)
+
+
+def placed(
+    real: Truth, degrees: float = 0.0, east: float = 0.0, north: float = 0.0, curvature: float = 0.0
+) -> pl.DataFrame:
+    """Both carriageways on one map: traffic keeps to the right, eastbound below; the road turned by an angle, or bent.
+
+    The right edge of the eastbound one has the curvature [1/m].
+    """
     parts: list[pl.DataFrame] = []
     for number, table in enumerate(real.tables):
         sign = 1 - 2 * number
@@ -48,15 +60,17 @@ def placed(real: Truth, degrees: float = 0.0, east: float = 0.0, north: float = 
         across = pl.col("lat") if number == 0 else 2 * WIDTH + MEDIAN - pl.col("lat")
         heading = pl.col("heading") + (0.0 if number == 0 else np.pi)
         parts.append(table.with_columns(across=across, along=along, heading=heading, direction=pl.lit(sign)))
-    turn = np.radians(degrees)
-    u, v = pl.col("along"), pl.col("across")
-    heading = pl.col("heading") + turn
-    return pl.concat(parts).with_columns(
+    turn, both = np.radians(degrees), pl.concat(parts)
+    u, v = bent(both["along"], both["across"], curvature)
+    heading = both["heading"] + both["along"] * curvature + turn
+    speed = both["speed"] * (1 - both["across"] * curvature)
+    return both.with_columns(
         x=east + u * np.cos(turn) - v * np.sin(turn),
         y=north + u * np.sin(turn) + v * np.cos(turn),
         heading=heading,
-        vx=pl.col("speed") * heading.cos(),
-        vy=pl.col("speed") * heading.sin(),
+        speed=speed,
+        vx=speed * heading.cos(),
+        vy=speed * heading.sin(),
         truck=pl.col("length") > 8,
     )
 
@@ -103,9 +117,9 @@ def write_highd(folder: Path, real: Truth, **changes: pl.Expr) -> Path:
     return folder / "01_tracks.csv"
 
 
-def write_exid(folder: Path, real: Truth, degrees: float = 60.0, **changes: pl.Expr) -> Path:
+def write_exid(folder: Path, real: Truth, degrees: float = 60.0, curvature: float = 0.0, **changes: pl.Expr) -> Path:
     """``03_tracks.csv`` and its two descriptions: centres in metres, y up, headings in degrees, lists of lanelets."""
-    seen = placed(real, degrees, east=120.0, north=-80.0)
+    seen = placed(real, degrees, 120.0, -80.0, curvature)
     rows = seen.select(
         recordingId=pl.lit(3),
         trackId=pl.col("vehicle") + 1,
@@ -145,9 +159,11 @@ def write_exid(folder: Path, real: Truth, degrees: float = 60.0, **changes: pl.E
     return folder / "03_tracks.csv"
 
 
-def write_interaction(folder: Path, real: Truth, degrees: float = 200.0, **changes: pl.Expr) -> Path:
+def write_interaction(
+    folder: Path, real: Truth, degrees: float = 200.0, curvature: float = 0.0, **changes: pl.Expr
+) -> Path:
     """``vehicle_tracks_007.csv``: 10 Hz, times in milliseconds from 100, headings in rad."""
-    rows = placed(real, degrees, east=1000.0, north=1000.0).select(
+    rows = placed(real, degrees, 1000.0, 1000.0, curvature).select(
         track_id=pl.col("vehicle") + 1,
         frame_id="frame",
         timestamp_ms=100 * pl.col("frame"),
@@ -162,20 +178,6 @@ def write_interaction(folder: Path, real: Truth, degrees: float = 200.0, **chang
     )
     path = folder / "vehicle_tracks_007.csv"
     rows.sort("track_id", "frame_id").with_columns(pl.col(pl.Float64).round(3)).with_columns(**changes).write_csv(path)
-    return path
-
-
-def bent(path: Path, radius: float) -> Path:
-    """The file of `write_interaction` with 0 degrees, its road bent to the left by a radius [m] about its beginning."""
-    table = pl.read_csv(path).with_columns(x=pl.col("x") - 1000, y=pl.col("y") - 1000)
-    turn, scale = pl.col("x") / radius, 1 - pl.col("y") / radius
-    table.with_columns(
-        x=(radius - pl.col("y")) * turn.sin(),
-        y=radius - (radius - pl.col("y")) * turn.cos(),
-        vx=scale * (pl.col("vx") * turn.cos() - pl.col("vy") * turn.sin()),
-        vy=scale * (pl.col("vx") * turn.sin() + pl.col("vy") * turn.cos()),
-        psi_rad=pl.col("psi_rad") + turn,
-    ).write_csv(path)
     return path
 
 
@@ -271,7 +273,9 @@ def write_i24(folder: Path, real: Truth, lines: bool = False, signed: bool = Tru
     return folder / "i24.json"
 
 
-def write_lanelets(folder: Path, degrees: float = 60.0, pieces: int = 3, **place: float) -> Path:
+def write_lanelets(
+    folder: Path, degrees: float = 60.0, pieces: int = 3, curvature: float = 0.0, **place: float
+) -> Path:
     """``lanelets.osm``: both carriageways of `placed` in pieces, around a place near the equator; a crosswalk.
 
     There, UTM coordinates are those of a sphere's tangent plane to a few centimetres: the place is 111 m north of the
@@ -300,7 +304,8 @@ def write_lanelets(folder: Path, degrees: float = 60.0, pieces: int = 3, **place
     relations.append(relations[0].replace("highway", "crosswalk"))
     metre = 180 / np.pi / 6_378_137.0 / 0.9996
     text = ['<?xml version="1.0"?><osm version="0.6">']
-    for (u, v), number in nodes.items():
+    for (along, across), number in nodes.items():
+        u, v = bent(along, across, curvature)
         x = place.get("east", 120.0) + u * np.cos(turn) - v * np.sin(turn)
         y = place.get("north", -80.0) + u * np.sin(turn) + v * np.cos(turn)
         north = metre / (1 - 1 / 298.257223563) ** 2  # the ellipsoid is more curved along the meridian

@@ -19,7 +19,7 @@ from coverdrive.recordings.files.columns import LENGTH, WIDTH, plausible_rows
 from coverdrive.recordings.files.delimited import ROW
 from coverdrive.recordings.files.lanelet2 import Origin, read_lanelet2
 from coverdrive.recordings.files.times import MOST_UNEVEN, moments_of, time_step
-from coverdrive.recordings.roads.carriageway import Line, centred, check_apart, line_along, split_directions
+from coverdrive.recordings.roads.carriageway import Line, centred, check_apart, line_along, rows_of, split_directions
 from coverdrive.recordings.roads.driven_road import driven_road, roads_of
 from coverdrive.recordings.roads.lanes import edges_from_centres, edges_from_lanes, edges_from_tracks, order_of
 from coverdrive.recordings.roads.partial_lanes import with_partial_lanes
@@ -90,7 +90,8 @@ def readings_from_map(
     roads = [] if map is None else _mapped(file, tracks, map)
     table, dt = _regular(file, tracks, repairs)
     known = (*tracks.markings, *tracks.centres) or (() if tracks.line is None else (tracks.line,))
-    sides = split_directions(file, table, repairs, known)
+    places, lines = _along(table, roads) if roads else (table, known)
+    sides = [rows_of(table, vehicles) for vehicles in split_directions(file, places, repairs, lines)]
     found = [_on_map(side, roads) if roads else _on_road(file, side, tracks, known) for side in sides]
     notes: dict[str, str] = {}
     if len(sides) == 2:
@@ -200,6 +201,14 @@ def _mapped(file: Path, tracks: MapTracks, map: Path) -> list[Road]:
     if not roads:
         raise RecordingError(map, "the map has no road whose curves are wide enough; choose another one")
     return roads
+
+
+def _along(table: pl.DataFrame, roads: list[Road]) -> tuple[pl.DataFrame, tuple[Line, ...]]:
+    """The rows with x and y [m] along and across the road that is driven on, and the line along that."""
+    found = driven_road(roads, table)
+    assert found is not None  # there are roads
+    road, raw = found
+    return table.with_columns(x=raw.lon, y=raw.lat), (np.array([[0.0, 0.0], [float(road.length), 0.0]]),)
 
 
 def _on_map(side: pl.DataFrame, roads: list[Road]) -> tuple[RawTracks, Road, str]:

@@ -44,6 +44,20 @@ def test_lanes_come_from_the_map(tmp_path: Path):
         assert worst["lat"] < 0.05 and worst["lon"] < 0.1 and worst["heading"] < 0.01
 
 
+@pytest.mark.parametrize("radius", [400.0, -350.0])
+def test_with_a_map_roads_may_bend_by_any_angle(radius: float, tmp_path: Path):
+    """By 115° and 131°."""
+    tracks = write_exid(tmp_path, REAL, curvature=1 / radius)
+    with pytest.raises(RecordingError, match=r"vehicles drive at more than 30° to the others.* no map shows its bends"):
+        read([tracks])
+    recordings = read([tracks], map=write_lanelets(tmp_path, pieces=20, curvature=1 / radius))
+    for table in REAL.tables:
+        (recording,) = (each for each in recordings if each.table["vehicle"].min() == table["vehicle"].min() + 1)
+        assert recording.notes["traffic"] == "keeps right" and recording.repairs == {}
+        assert recording.table["vehicle"].n_unique() == table["vehicle"].n_unique()
+        assert found_again(recording, table, shift=0.0)["lat"] < 0.1
+
+
 def test_maps_of_other_places_are_refused(tmp_path: Path):
     write_exid(tmp_path, REAL)
     with pytest.raises(RecordingError, match=r"only \d+ of \d+ rows are on the 3 lanes"):

@@ -11,7 +11,6 @@ from published_formats import (
     EDGES,
     LENGTH,
     Truth,
-    bent,
     found_again,
     truth,
     write_centre_lines,
@@ -183,7 +182,7 @@ def test_junctions_are_refused(tmp_path: Path):
 def test_roads_that_bend_are_followed(radius: float, tmp_path: Path):
     """By 31° to 52°, to the left and to the right."""
     real = truth(0.1, carriageways=1)
-    path = bent(write_interaction(tmp_path, real, degrees=0.0), radius)
+    path = write_interaction(tmp_path, real, degrees=0.0, curvature=1 / radius)
     (recording,) = read([path])
     assert recording.repairs == {} and recording.road.lanes == 3
     curvature = recording.road.curvature(np.linspace(50, float(recording.road.length) - 50, 20))
@@ -199,7 +198,7 @@ def test_who_stands_where_a_road_bends_is_of_its_own_direction(direction: int, r
     place = {"lon": 15.0 if direction == 0 else LENGTH - 15.0, "lat": 1.8, "speed": 0.0, "heading": 0.0}
     standing = tables[direction].unique("frame", maintain_order=True).with_columns(vehicle=999, length=4.5, **place)
     tables[direction] = pl.concat([tables[direction], standing.cast(dict(tables[0].schema))])
-    path = bent(write_interaction(tmp_path, Truth(tuple(tables), 0.1), degrees=0.0), radius)
+    path = write_interaction(tmp_path, Truth(tuple(tables), 0.1), degrees=0.0, curvature=1 / radius)
     own, other = sorted(read([path]), key=lambda recording: 1000 not in recording.table["vehicle"])
     assert own.name.endswith("towards +x" if direction == 0 else "towards -x")
     assert 1000 in own.table["vehicle"] and 1000 not in other.table["vehicle"]

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 import polars as pl
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 from scipy.interpolate import CubicSpline, make_smoothing_spline
 
 from coverdrive.errors import RecordingError
@@ -50,8 +50,8 @@ more. With 200 m it is up to 1.2° on US-101, 1.3° in curves of 300 m radius, 3
 
 def split_directions(
     file: Path, table: pl.DataFrame, repairs: Counter[str], known: tuple[Line, ...]
-) -> list[pl.DataFrame]:
-    """The rows of each direction of travel, that with more vehicles first.
+) -> list[pl.Series]:
+    """The vehicles of each direction of travel, that with more of them first.
 
     The table has the columns ``vehicle``, ``moment``, ``x`` and ``y`` [m], and is sorted by the first two. Vehicles
     that stand belong to the direction whose vehicles pass nearest, across the road's line (`line_along`, of the known
@@ -77,7 +77,8 @@ def split_directions(
     crossing = moving & (np.abs(np.cos(turned)) < np.cos(np.radians(CROSSING)))
     if crossing.sum() > MOST_CROSSING * moving.sum():
         found = f"{crossing.sum()} of {moving.sum()} vehicles drive at more than {CROSSING:g}° to the others"
-        raise RecordingError(file, f"{found}; expected one road, no junction, that bends by little more than that")
+        expected = "expected one road, no junction, that bends by little more than that where no map shows its bends"
+        raise RecordingError(file, f"{found}; {expected}")
     counted(repairs, "crossing vehicles", int(crossing.sum()))
     sides = [moving & ~crossing & forward, moving & ~crossing & ~forward]
     sides.sort(key=np.sum, reverse=True)
@@ -85,16 +86,17 @@ def split_directions(
         counted(repairs, "vehicles the other way", int(sides[1].sum()))
         sides = [sides[0] | ~moving]
     elif not moving.all():
-        ahead, back = (_rows_of(table, way["vehicle"], side) for side in sides)
+        ahead, back = (rows_of(table, way["vehicle"].filter(pl.Series(side))) for side in sides)
         line = line_along(file, pl.concat([ahead, back.reverse()]), known)  # where either drives
         across = line.to_road(way["x_midway"], way["y_midway"])[1]
         away = np.stack([np.abs(across - np.median(across[side])) for side in sides])
         sides = [side | (~moving & near) for side, near in zip(sides, away == away.min(axis=0), strict=True)]
-    return [_rows_of(table, way["vehicle"], side) for side in sides]
+    return [way["vehicle"].filter(pl.Series(side)) for side in sides]
 
 
-def _rows_of(table: pl.DataFrame, vehicle: pl.Series, chosen: Bool[np.ndarray, " V"]) -> pl.DataFrame:
-    return table.filter(pl.col("vehicle").is_in(vehicle.filter(pl.Series(chosen)).implode()))
+def rows_of(table: pl.DataFrame, vehicles: pl.Series) -> pl.DataFrame:
+    """The rows of some vehicles of a table."""
+    return table.filter(pl.col("vehicle").is_in(vehicles.implode()))
 
 
 def check_apart(file: Path, road: Road, other: pl.DataFrame) -> Literal["right", "left"]:
