@@ -11,6 +11,8 @@ from coverdrive.errors import RecordingError
 from coverdrive.progress import heard_by, stage
 from coverdrive.recordings.formats.parquet import write_parquet
 from coverdrive.recordings.read import read, together
+from coverdrive.recordings.recording import SCHEMA, Recording
+from coverdrive.road import Road
 from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
 
 
@@ -121,6 +123,32 @@ def test_other_parquet_files_are_refused(tmp_path: Path):
     path.write_text("no parquet")
     with pytest.raises(RecordingError, match=r"the file cannot be read .*check that it is whole"):
         read([path])
+
+
+def filmed(moments: int, **columns: pl.Expr) -> Recording:
+    """Two vehicles at 25 Hz and 20 m/s, in one place until the second, which goes aside, is 0.25 m away at 0.94 s."""
+    aside = 0.25 / 0.94 * pl.col("vehicle")
+    table = pl.DataFrame({"vehicle": np.repeat([0, 1], moments), "time": 0.04 * np.tile(np.arange(moments), 2)})
+    table = table.with_columns(group=0, lon=20 * pl.col("time"), lat=3 + aside * pl.col("time"), length=4.5, width=1.8)
+    table = table.with_columns(speed=(400 + aside**2).sqrt(), heading=pl.arctan2(aside, pl.lit(20.0)))
+    table = table.with_columns(**columns).select(SCHEMA.names()).cast(dict(SCHEMA))
+    return Recording("filmed", table, 0.04, Road.straight(length=600.0), {})
+
+
+def test_who_is_double_in_the_rows_of_another_time_step_alone_is_left_out_and_counted(tmp_path: Path):
+    """The second one is in the place of the first in 24 of 48 rows, and then in 10 of 19."""
+    write_parquet([filmed(48)], tmp_path / "own.parquet")
+    (whole,), (recording,) = (read([tmp_path / "own.parquet"], dt=dt) for dt in (0.04, 0.1))
+    assert whole.repairs == {} and whole.table["vehicle"].n_unique() == 2
+    assert recording.repairs == {"doubled vehicles": 1} and recording.table["vehicle"].unique().to_list() == [0]
+
+
+def test_a_recording_that_is_none_at_another_time_step_is_refused_by_its_file(tmp_path: Path):
+    apart = {"lat": pl.col("lat") + 4 * pl.col("vehicle")}
+    write_parquet([filmed(48, **apart)], tmp_path / "long.parquet")
+    write_parquet([filmed(2, time=pl.col("time") + 0.04, **apart)], tmp_path / "short.parquet")
+    with pytest.raises(RecordingError, match=r"short\.parquet: recording filmed: the table holds no rows"):
+        read([tmp_path])
 
 
 @pytest.mark.real_data

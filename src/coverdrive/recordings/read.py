@@ -86,6 +86,7 @@ def read(
     check_step(dt)
     readings: list[Reading] = []
     origin: list[int] = []
+    sources: list[Path] = []
     skipped = dict[Path, NoVehiclesError]()
     named = paths_of("paths", paths)
     files = [file for path in named for file in _files(path)]
@@ -104,11 +105,16 @@ def read(
                 continue
         readings += found
         origin += [origin[-1] + 1 if origin else 0] * len(found)
+        sources += [file] * len(found)
     if skipped:
         if not readings:
             raise next(iter(skipped.values()))
         readings[0].recording.notes["skipped"] = _without_vehicles([file.name for file in skipped])
-    return tuple(resampled(recording, dt, how.smoothing) for recording in _grouped(readings, origin))
+    recordings: list[Recording] = []
+    for file, recording in zip(sources, _grouped(readings, origin), strict=True):
+        with naming(file):
+            recordings.append(resampled(recording, dt, how.smoothing))
+    return tuple(recordings)
 
 
 def choices_for(paths: Sequence[Path], format: str | None) -> frozenset[str]:

@@ -119,7 +119,8 @@ def make_reading(
     if table.is_empty():
         problem = f"no vehicle is on the road in more than {least_moments(dt)} successive rows, at {1 / dt:.3g} Hz"
         raise RecordingError(file, f"{problem}; choose another file, or one of more rows a second")
-    table = _drop_implausible(file, table, dt, road, repairs)
+    _check_fast(file, table)
+    table = drop_implausible(table, dt, road, repairs)
     try:
         return Reading(Recording(name, table, dt, road, dict(repairs), notes), kept)
     except DataError as error:
@@ -145,13 +146,20 @@ def _check_stated_speeds(file: Path, raw: RawTracks, dt: float, road: Road) -> N
         raise RecordingError(file, f"{found}; expected 1: {hint}")
 
 
-def _drop_implausible(file: Path, table: pl.DataFrame, dt: float, road: Road, repairs: Counter[str]) -> pl.DataFrame:
-    """Without the vehicles that move as none does, unless they are many: then the recording is refused."""
+def _check_fast(file: Path, table: pl.DataFrame) -> None:
+    """Refuse a recording of which many rows are faster than traffic."""
     fast = float(np.quantile(table["speed"].to_numpy(), 0.99))
     if fast > FASTEST:
         problem = f"1 % of the rows are faster than {fast:.0f} m/s; expected at most {FASTEST:.0f} m/s"
         hint = "check that the positions are in metres, and the unit of the times"
         raise RecordingError(file, f"{problem}, {hint}")
+
+
+def drop_implausible(table: pl.DataFrame, dt: float, road: Road, repairs: Counter[str]) -> pl.DataFrame:
+    """Without the vehicles that move as none does, unless they are many: then the recording is none of traffic.
+
+    ``repairs`` gains ``doubled vehicles`` and ``implausible vehicles``.
+    """
     doubled = Rows(table, dt, road).doubled
     counted(repairs, "doubled vehicles", len(doubled))
     table = table.filter(~pl.col("vehicle").is_in(doubled.tolist())) if len(doubled) else table

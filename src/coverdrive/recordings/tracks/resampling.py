@@ -6,6 +6,7 @@ What is seen of it comes from the last frame before: the filter's position moved
 the future shows. R is the number of rows.
 """
 
+from collections import Counter
 from dataclasses import replace
 from typing import Any
 
@@ -17,6 +18,7 @@ from coverdrive.arguments import finite
 from coverdrive.errors import SettingError
 from coverdrive.recordings.checks import TIME_STEPS
 from coverdrive.recordings.recording import Recording
+from coverdrive.recordings.tracks.reading import drop_implausible
 from coverdrive.recordings.tracks.smoothing import SmoothingSettings
 
 STEP = 0.1
@@ -37,7 +39,8 @@ def check_step(dt: float) -> None:
 def resampled(recording: Recording, dt: float, settings: SmoothingSettings) -> Recording:
     """The recording with a row of every vehicle at each multiple of ``dt`` [s]; itself if it has this step.
 
-    Its note ``resampled`` says from which rate and through which filter.
+    Its note ``resampled`` says from which rate and through which filter. Vehicles that move as none does in the new
+    rows alone are left out, as `drop_implausible` counts them. A DataError if they are many, or none has a row.
     """
     check_step(dt)
     if abs(recording.dt - dt) < SAME:
@@ -76,7 +79,10 @@ def resampled(recording: Recording, dt: float, settings: SmoothingSettings) -> R
             values["speed"], values["heading"] = np.hypot(along, between[1]), np.arctan2(between[1], along)
     fit = f"Savitzky–Golay fit of {settings.window:g} s, order {settings.order}"
     notes = recording.notes | {"resampled": f"{1 / recording.dt:g} Hz to {1 / dt:g} Hz after the {fit}"}
-    return replace(recording, table=pl.DataFrame(values, schema=table.schema), dt=dt, notes=notes)
+    moved, repairs = pl.DataFrame(values, schema=table.schema), Counter(recording.repairs)
+    if len(moved):
+        moved = drop_implausible(moved, dt, recording.road, repairs)
+    return replace(recording, table=moved, dt=dt, repairs=dict(repairs), notes=notes)
 
 
 def _stated(
