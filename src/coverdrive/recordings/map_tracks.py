@@ -109,7 +109,10 @@ def readings_from_map(
 
 
 def _regular(file: Path, tracks: MapTracks, repairs: Counter[str]) -> tuple[pl.DataFrame, float]:
-    """The table with every column that is optional, sorted, its times as ``moment`` in units of the time step [s]."""
+    """The table with every column that is optional, sorted, its times as ``moment`` in units of the time step [s].
+
+    ``repairs`` gains ``assumed sizes``, ``rows out of order``, and what `plausible_rows` and `_numbered_anew` repair.
+    """
     table = tracks.table
     for name in NEEDED:
         if name not in table.columns:
@@ -131,6 +134,8 @@ def _regular(file: Path, tracks: MapTracks, repairs: Counter[str]) -> tuple[pl.D
     dt = tracks.dt or time_step(file, table, "times are in seconds")
     moment = moments_of(file, table["clock"].to_numpy(), dt)
     table = table.with_columns(pl.col("vehicle").cast(pl.Int64), moment=moment)
+    backwards = table.select(pl.col("moment").diff().over("vehicle") < 0)["moment"]
+    counted(repairs, "rows out of order", int(backwards.sum()))
     table = _numbered_anew(file, table.sort("vehicle", "moment", maintain_order=True), round(PAUSE / dt), repairs)
     _check_directions(file, table, dt)
     if "speed" not in table.columns:

@@ -85,6 +85,15 @@ def test_numbers_of_another_recording(number: str, file: str, column: str, got: 
         read([tracks])
 
 
+@pytest.mark.parametrize("number", WRITERS)
+@pytest.mark.parametrize("file", ["tracks", "tracksMeta", "recordingMeta"])
+def test_blank_lines_are_counted_once(number: str, file: str, tmp_path: Path):
+    tracks = WRITERS[number](tmp_path, REAL)
+    with (tmp_path / f"{number}_{file}.csv").open("a") as stream:
+        stream.write("\n \n")
+    assert sum(recording.repairs.get("blank lines", 0) for recording in read([tracks])) == 2
+
+
 CUTS: dict[str, Callable[[pl.DataFrame], pl.DataFrame]] = {
     "in time": lambda table: table.filter(pl.col("frame").is_between(30, 100)),
     "its last rows": lambda table: table.head(len(table) - 40),

@@ -3,7 +3,6 @@
 Tracks may be cut: vehicles that are missing, and frames, are no disagreement.
 """
 
-from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -11,7 +10,6 @@ import polars as pl
 
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.checks import wrong_usual_sizes
-from coverdrive.recordings.files.columns import read_table
 from coverdrive.recordings.files.delimited import ROW
 
 LISTED = ("initialframe", "finalframe", "numframes", "width")
@@ -33,11 +31,11 @@ def companion(file: Path, what: str) -> Path:
     return path
 
 
-def frame_rate(description: Path, repairs: Counter[str]) -> float:
-    """Frames per second, as the description of a recording states them."""
-    rate = float(read_table(description, ("framerate",), repairs)["framerate"][0])
+def frame_rate(description: Path, about: pl.DataFrame) -> float:
+    """Frames per second, as the description of a recording states them in its column ``framerate``."""
+    rate = float(about["framerate"][0])
     if not rate > 0:
-        raise RecordingError(description, f"expected frames per second, got {rate:g}", 2, "frameRate")
+        raise RecordingError(description, f"expected frames per second, got {rate:g}", about[ROW][0], "frameRate")
     return rate
 
 

@@ -45,8 +45,10 @@ def read_highd(file: Path, how: How) -> list[MapTracks]:
     rows = read_table(file, HIGHD.split(), repairs)
     listed = read_table(vehicles, ("id", "drivingdirection", "class"), repairs, (*LISTED, "height"))
     numbers = ("numvehicles", "numcars", "numtrucks")
-    about = read_table(description, (), repairs, (*numbers, *(column for _, column in CARRIAGEWAYS.values())))
-    rate = frame_rate(description, repairs)
+    about = read_table(
+        description, ("framerate",), repairs, (*numbers, *(column for _, column in CARRIAGEWAYS.values()))
+    )
+    rate = frame_rate(description, about)
     if rows["width"].median() < rows["height"].median():  # pyright: ignore[reportOperatorIssue]
         problem = "most boxes are higher than wide; expected width along the road, that is the vehicle's length"
         raise RecordingError(file, f"{problem}: the columns width and height are swapped", None, "width")
@@ -103,8 +105,9 @@ def read_levelx(file: Path, how: How) -> list[MapTracks]:
     repairs: Counter[str] = Counter()
     rows = read_table(file, LEVELX.split(), repairs, ("recordingid",))
     listed = read_table(vehicles, ("trackid", "class"), repairs, (*LISTED, "length", "recordingid"))
-    about = read_table(description, ("xutmorigin", "yutmorigin"), repairs, ("numtracks", "recordingid"))
-    rate = frame_rate(description, repairs)
+    wanted = ("framerate", "xutmorigin", "yutmorigin")
+    about = read_table(description, wanted, repairs, ("numtracks", "recordingid"))
+    rate = frame_rate(description, about)
     table = rows.select(
         ROW,
         "length",
