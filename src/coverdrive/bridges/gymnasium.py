@@ -134,7 +134,8 @@ class Motorway(gymnasium.Env[Any, Any]):
             of_kind("predictor", predictor, Predictor, "a predictor (horizon, predict, choices)")
             check_period(predictor, given.episode.step)
         recordings = all_of("recordings", recordings, Recording, "recordings, as `coverdrive.read` gives")
-        self._traffic = deepcopy(traffic_of(traffic, predictor, cut_scenarios(recordings)))  # of this environment alone
+        alone = deepcopy(traffic)  # a model of one's own that others have, too
+        self._traffic = traffic_of(alone, predictor, cut_scenarios(recordings))
         place = recorded_place(recordings) if recordings else Place(vehicles=(5,))
         self._vehicles = wholes("vehicles", place.vehicles if vehicles is None else vehicles, 0, MOST_VEHICLES)
         self._given, self._sets = predictor, given.sets
