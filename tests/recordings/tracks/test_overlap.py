@@ -134,6 +134,57 @@ def test_what_is_found_does_not_depend_on_how_much_is_compared_at_once(monkeypat
     assert most[0] >= 24 > most[1] >= most[2] == 8  # those of three other cuts, and of one
 
 
+def filmed(seed: int, vehicles: int = 60, moments: int = 250) -> np.ndarray:
+    """Speeds (vehicles, moments) [m/s] of 25 Hz, of independent drivers on one road, stated to 1 cm/s."""
+    random = np.random.default_rng(seed)
+    change = np.cumsum(random.normal(0, 0.05, (vehicles, moments)), axis=1) + random.normal(0, 0.3, (vehicles, 1))
+    return np.round(25 + random.normal(0, 1, (vehicles, 1)) + np.cumsum(0.04 * change, axis=1), 2)
+
+
+def test_hardly_any_of_the_pairs_with_equal_runs_is_compared_whole(monkeypatch: pytest.MonkeyPatch):
+    """Smooth speeds of 25 Hz often have equal runs by chance."""
+    tracks = numbered([raw_of(filmed(seed)) for seed in range(4)])
+    compare, pairs, rows = overlap._shared, list[int](), list[int]()
+
+    def counted(track: pl.DataFrame, others: pl.DataFrame, found: pl.DataFrame, lone: int) -> pl.DataFrame:
+        pairs.append(len(found))
+        rows.append(len(others))
+        return compare(track, others, found, lone)
+
+    monkeypatch.setattr(overlap, "_shared", counted)
+    found = shared_vehicles(tracks, range(4), [0.04] * 4)
+    few = sum(pairs), sum(rows)
+    assert few[0] < 20 and few[1] < sum(len(track.vehicle) for track in tracks) / 4
+    monkeypatch.setattr(overlap, "LOOKED_AT", ())
+    assert shared_vehicles(tracks, range(4), [0.04] * 4).equals(found)
+    assert sum(pairs) - few[0] > 100 * max(1, few[0])
+
+
+def test_where_they_are_looked_at_first_does_not_change_what_is_found(monkeypatch: pytest.MonkeyPatch):
+    """Also where rows are missing."""
+    original, random = filmed(0, vehicles=20, moments=400), np.random.default_rng(0)
+    tracks = [raw_of(original), raw_of(filmed(1))]
+    for start in random.integers(0, 320, 6):
+        part = raw_of(original[:, start : start + 80], first_vehicle=start)
+        kept = random.random(len(part.vehicle)) > 0.01
+        tracks.append(RawTracks(**{name: values[kept] for name, values in vars(part).items()}))
+    given = numbered(tracks), range(len(tracks)), [0.04] * len(tracks)
+    found = shared_vehicles(*given)
+    monkeypatch.setattr(overlap, "LOOKED_AT", ())
+    assert shared_vehicles(*given).equals(found) and {pair for pair in group_pairs(found) if 0 in pair} >= {(0, 7)}
+
+
+@pytest.mark.parametrize("digits", [2, 9])
+def test_cuts_of_25_hz_are_found_wherever_they_begin(digits: int):
+    """3 s of four vehicles, whose speeds may be rounded."""
+    random = np.random.default_rng(0)
+    original = filmed(0, moments=750) + random.uniform(-0.005, 0.005, (60, 750))
+    for start in random.integers(0, 675, 20):
+        shown = np.round(original[random.choice(60, 4, replace=False), start : start + 75], digits)
+        both = numbered([raw_of(original), raw_of(shown)])
+        assert group_pairs(shared_vehicles(both, [0, 1], [0.04] * 2)) == [(0, 1)]
+
+
 def test_recordings_of_one_file_are_not_compared():
     original = raw_of(speeds(0))
     assert pairs_of(original, original, files=[0, 0]) == []

@@ -3,26 +3,22 @@ recordings on two sides.
 
 Several published scenarios are cut from the same original. Their clocks, coordinates and vehicle numbers differ, but
 the speeds that the files state are copies. Two tracks belong to one vehicle if their stated speeds agree wherever, at
-some time offset, both exist. R is the number of rows.
+some time offset, both exist. R is the number of rows, M that of pairs.
 """
 
 import math
-from collections.abc import Sequence
-from itertools import pairwise
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import polars as pl
+from jaxtyping import Bool, Float, Int
 
 from coverdrive.recordings.tracks.repair import RawTracks
+from coverdrive.recordings.tracks.runs import same_runs
 
 SPACING = 0.1
 """[s] between two samples at least: those of 25 Hz differ by less than the resolution, so that any two tracks agree"""
-
-RUN = 8
-"""Samples of a run of speeds that is looked up in the other recordings"""
-
-STEP = 0.05
-"""[m/s] resolution of the look-up; copies that differ by rounding are found by those of their runs that do not"""
 
 LARGEST_DIFFERENCE = 0.02
 """[m/s] between two copies of a stated speed"""
@@ -33,17 +29,25 @@ LONE = 30
 SMOOTH = 3
 """Degree of polynomials in time that smooth speeds follow"""
 
-FEW = 0.7
-"""Share of rows with a new speed below which speeds are taken to be held"""
-
-COMMON = 50
-"""Runs that occur more often are not telling"""
+LOOKED_AT = (0.0, 1.0, 0.5, 0.25, 0.75)
+"""Shares of the common time of two vehicles after which their speeds are compared before all of them are"""
 
 AT_ONCE = 1_000_000
 """Rows of vehicles that are compared at once"""
 
 SHARED = pl.Schema({f"{name}{side}": pl.Int64 for side in ("", "_b") for name in ("recording", "vehicle", "group")})
 """A vehicle in a group of one recording, and the same vehicle in one of another"""
+
+
+class _Rows(NamedTuple):
+    """The rows of all recordings, sorted by recording, vehicle and moment."""
+
+    moment: Int[np.ndarray, " R"]
+    speed: Float[np.ndarray, " R"]
+    """[m/s]"""
+    first: Int[np.ndarray, " R"]
+    """The first row of the vehicle of each row"""
+    last: Int[np.ndarray, " R"]
 
 
 def shared_vehicles(tracks: Sequence[RawTracks], files: Sequence[int], steps: Sequence[float]) -> pl.DataFrame:
@@ -57,25 +61,18 @@ def shared_vehicles(tracks: Sequence[RawTracks], files: Sequence[int], steps: Se
         return pl.DataFrame(schema=SHARED)
     every = [math.ceil(SPACING / step - 0.01) for step in steps]
     ordered = [_ordered(track) for track in tracks]
-    tables = [(number, each) for number, table in enumerate(ordered) for each in (table, _without_held(table))]
-    runs = pl.concat([_runs(table, number, every[number]) for number, table in tables])
-    runs = runs.join(pl.DataFrame({"recording": range(len(files)), "file": files}), on="recording")
-    runs = runs.filter(pl.len().over("key") <= COMMON, pl.col("file").n_unique().over("key") > 1)
-    matches = (
-        runs.join(runs, on="key", suffix="_b")
-        .filter(pl.col("file") < pl.col("file_b"))
-        .select("recording", "recording_b", "vehicle", "vehicle_b", offset=pl.col("moment_b") - pl.col("moment"))
-        .unique()
-        .sort("recording", "recording_b", "offset", "vehicle", "vehicle_b")
-    )
     everybody = pl.concat(table.with_columns(recording=pl.lit(number)) for number, table in enumerate(ordered))
+    matches = _found(everybody, same_runs(ordered, files, every))
+    others = everybody.join(
+        matches, left_on=("recording", "vehicle"), right_on=("recording_b", "vehicle_b"), how="semi"
+    )
     rows = everybody.group_by("recording", "vehicle").agg(rows=pl.len())
     matches = matches.join(rows, on=("recording", "vehicle"), maintain_order="left")
     matches = matches.with_columns(pl.col("rows").cum_sum())
     part = pl.col("rows").first().over("recording", "recording_b", "offset") // AT_ONCE
     shared = [pl.DataFrame(schema=SHARED)]
     for (a, _), found in matches.with_columns(rows=part).group_by("recording", "rows", maintain_order=True):
-        shared.append(_shared(ordered[int(a)], everybody, found, LONE * every[int(a)]).select(SHARED.names()))
+        shared.append(_shared(ordered[int(a)], others, found, LONE * every[int(a)]).select(SHARED.names()))
     return pl.concat(shared, how="vertical_relaxed")
 
 
@@ -85,39 +82,56 @@ def _ordered(track: RawTracks) -> pl.DataFrame:
     return table.unique(["vehicle", "moment"], keep="first", maintain_order=True).sort("vehicle", "moment")
 
 
-def _without_held(table: pl.DataFrame) -> pl.DataFrame:
-    """The first rows of speeds that are held, as those of 0.2 s are in rows every 0.1 s; none where few are."""
-    held = (pl.col("speed") == pl.col("speed").shift()) & (pl.col("vehicle") == pl.col("vehicle").shift())
-    left = table.filter(~held.fill_null(False))
-    return left if len(left) < FEW * len(table) else table.clear()
+def _found(everybody: pl.DataFrame, pairs: Iterator[Int[np.ndarray, "2 M"]]) -> pl.DataFrame:
+    """The pairs of vehicles that share a run, which begins with a pair of rows, and at what offset they do.
+
+    Those that differ where they are looked at first, as most do whose runs are equal by chance, are left out.
+    """
+    rows, left = _rows(everybody), [np.zeros((2, 0), dtype=np.int64)]
+    for pair in pairs:
+        for share in LOOKED_AT:
+            pair = pair[:, ~_differ(rows, *pair, share)]
+        left.append(pair)
+    first, second = np.concatenate(left, axis=1)
+    named = everybody.select("recording", "vehicle", "moment")
+    found = pl.concat([named[first], named[second].select(pl.all().name.suffix("_b"))], how="horizontal")
+    order = ("recording", "recording_b", "offset", "vehicle", "vehicle_b")
+    return found.with_columns(offset=pl.col("moment_b") - pl.col("moment")).select(order).unique().sort(order)
 
 
-def _runs(table: pl.DataFrame, number: int, every: int) -> pl.DataFrame:
-    """A key of every run of successive, mostly different speeds, with its vehicle and first moment."""
-    whole = every * (RUN - 1)
-    vehicle, moment = table["vehicle"].to_numpy(), table["moment"].to_numpy()
-    rounded = np.rint(table["speed"].to_numpy() / STEP).astype(np.int64)
-    count = max(0, len(rounded) - whole)
-    factors = np.random.default_rng(0).integers(1, 2**62, RUN + 1)
-    parts = [rounded[lag : lag + count] for lag in range(0, whole + 1, every)]
-    end = slice(whole, whole + count)
-    parts.append(moment[end] - moment[:count])
-    key = sum((part * factor for part, factor in zip(parts, factors, strict=True)), np.full(count, every))
-    changes = sum((part != before for before, part in pairwise(parts[:RUN])), np.zeros(count, dtype=np.int64))
-    telling = (vehicle[:count] == vehicle[end]) & (changes > RUN // 2)
-    runs = pl.DataFrame({"key": key, "vehicle": vehicle[:count], "moment": moment[:count]})
-    return runs.filter(telling).with_columns(recording=pl.lit(number, pl.Int64))
+def _rows(everybody: pl.DataFrame) -> _Rows:
+    track = everybody.select(pl.struct("recording", "vehicle").rle_id()).to_series().to_numpy()
+    border = np.flatnonzero(np.diff(track, prepend=-1, append=-1))
+    moment, speed = everybody["moment"].to_numpy(), everybody["speed"].to_numpy()
+    return _Rows(moment, speed, border[track], border[track + 1] - 1)
 
 
-def _shared(track: pl.DataFrame, everybody: pl.DataFrame, found: pl.DataFrame, lone: int) -> pl.DataFrame:
-    """The vehicles of a recording that are found in others, with the groups of their common rows, where they prove an
-    overlap.
+def _differ(rows: _Rows, a: Int[np.ndarray, " M"], b: Int[np.ndarray, " M"], share: float) -> Bool[np.ndarray, " M"]:
+    """Whether the vehicles of pairs of rows, which are put at one moment, differ after a share of their common time.
+
+    They do not where either has no row, nor where one lacks rows on the way there.
+    """
+    since = np.maximum(rows.moment[rows.first[a]] - rows.moment[a], rows.moment[rows.first[b]] - rows.moment[b])
+    until = np.minimum(rows.moment[rows.last[a]] - rows.moment[a], rows.moment[rows.last[b]] - rows.moment[b])
+    lag = since + np.rint(share * (until - since)).astype(np.int64)
+    there = np.ones(len(a), dtype=np.bool_)
+    speeds = list[Float[np.ndarray, " M"]]()
+    for row in (a, b):
+        at = np.clip(row + lag, rows.first[row], rows.last[row])
+        there &= rows.moment[at] == rows.moment[row] + lag
+        speeds.append(rows.speed[at])
+    return there & (np.abs(speeds[0] - speeds[1]) > LARGEST_DIFFERENCE)
+
+
+def _shared(track: pl.DataFrame, others: pl.DataFrame, found: pl.DataFrame, lone: int) -> pl.DataFrame:
+    """The vehicles of a recording that are found in others, whose rows are given, with the groups of their common rows,
+    where they prove an overlap.
     """
     shared = (
         found.join(track, on="vehicle")
         .with_columns(moment_b=pl.col("moment") + pl.col("offset"))
         .join(
-            everybody,
+            others,
             left_on=("recording_b", "vehicle_b", "moment_b"),
             right_on=("recording", "vehicle", "moment"),
             suffix="_b",

@@ -1,0 +1,82 @@
+"""Finds the runs of stated speeds that vehicles of different files have in common.
+
+A run is looked up by a key of its rounded speeds. Sorted by key, equal ones stand beside each other, so that no more is
+held at once than one pair per run. R is the number of rows, M that of pairs.
+"""
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+import polars as pl
+from jaxtyping import Int
+
+RUN = 8
+"""Samples of a run of speeds that is looked up in the other recordings"""
+
+STEP = 0.05
+"""[m/s] resolution of the look-up; copies that differ by rounding are found by those of their runs that do not"""
+
+FEW = 0.7
+"""Share of rows with a new speed below which speeds are taken to be held"""
+
+COMMON = 50
+"""Runs that occur more often are not telling"""
+
+
+def same_runs(
+    tables: Sequence[pl.DataFrame], files: Sequence[int], every: Sequence[int]
+) -> Iterator[Int[np.ndarray, "2 M"]]:
+    """Pairs of the rows with which equal runs of two files begin, some at a time; the first one is of the first file.
+
+    Args:
+        tables: vehicle, moment and speed [m/s] of the recordings, sorted by vehicle and moment; their rows are numbered
+            through all of them.
+        files: the file of each.
+        every: rows of each from one sample to the next.
+    """
+    runs = _runs_of_several(tables, files, every)
+    key, file, row = (runs[name].to_numpy() for name in ("key", "file", "row"))
+    one = np.arange(len(runs))
+    for later in range(1, COMMON):
+        one = one[one < len(runs) - later]
+        one = one[key[one] == key[one + later]]
+        if not len(one):
+            return
+        differ = one[file[one] != file[one + later]]
+        yield np.stack([row[differ], row[differ + later]]).astype(np.int64)
+
+
+def _runs_of_several(tables: Sequence[pl.DataFrame], files: Sequence[int], every: Sequence[int]) -> pl.DataFrame:
+    """The telling runs that occur in several files, sorted by key and file: key, file, and row of the first sample."""
+    runs, before = list[pl.DataFrame](), 0
+    for table, file, step in zip(tables, files, every, strict=True):
+        numbered = table.with_row_index("row", before)
+        for part in (numbered, _without_held(numbered)):
+            runs.append(_runs(part, step).with_columns(file=pl.lit(file, pl.Int32)))
+        before += len(table)
+    several = pl.col("file").min().over("key") < pl.col("file").max().over("key")
+    return pl.concat(runs).filter(pl.len().over("key") <= COMMON, several).sort("key", "file")
+
+
+def _without_held(table: pl.DataFrame) -> pl.DataFrame:
+    """The first rows of speeds that are held, as those of 0.2 s are in rows every 0.1 s; none where few are."""
+    held = (pl.col("speed") == pl.col("speed").shift()) & (pl.col("vehicle") == pl.col("vehicle").shift())
+    left = table.filter(~held.fill_null(False))
+    return left if len(left) < FEW * len(table) else table.clear()
+
+
+def _runs(table: pl.DataFrame, every: int) -> pl.DataFrame:
+    """A key of every run of successive, mostly different speeds, with the row of its first."""
+    whole = every * (RUN - 1)
+    vehicle, moment = table["vehicle"].to_numpy(), table["moment"].to_numpy()
+    rounded = np.rint(table["speed"].to_numpy() / STEP).astype(np.int64)
+    count = max(0, len(rounded) - whole)
+    factors = np.random.default_rng(0).integers(1, 2**62, RUN + 1)
+    parts = [rounded[lag : lag + count] for lag in range(0, whole + 1, every)]
+    end = slice(whole, whole + count)
+    parts.append(moment[end] - moment[:count])
+    key = sum((part * factor for part, factor in zip(parts, factors, strict=True)), np.full(count, every))
+    changes = sum((part != before for before, part in pairwise(parts[:RUN])), np.zeros(count, dtype=np.int64))
+    telling = (vehicle[:count] == vehicle[end]) & (changes > RUN // 2)
+    return pl.DataFrame({"key": key[telling], "row": table["row"].to_numpy()[:count][telling]})
