@@ -68,10 +68,10 @@ class Road:
     """of the road on which vehicles drive, and slower ones of a carriageway"""
 
     def same(self, other: "Road") -> bool:
-        """Whether they have the same numbers, so that what is at a position of one is there on the other."""
-        parts, others = jax.tree.leaves(self), jax.tree.leaves(other)
-        alike = jax.tree.structure(self) == jax.tree.structure(other)
-        return alike and all(map(np.array_equal, parts, others))
+        """Whether they have the same line and lanes, so that what is at a position of one is there on the other."""
+        one, two = ((each.line, each.edges, each.changing) for each in (self, other))
+        alike = self.side == other.side and jax.tree.structure(one) == jax.tree.structure(two)
+        return alike and all(map(np.array_equal, jax.tree.leaves(one), jax.tree.leaves(two)))
 
     @property
     def lanes(self) -> int:

@@ -1,11 +1,12 @@
 """Drives in a simulator that is not ours are measured, drawn and replayed as our own."""
 
 import json
+from dataclasses import replace
 
 import jax
 import numpy as np
 import pytest
-from driving_fakes import CAR, PREDICTOR, ROAD, SETTINGS, begin, moved, told
+from driving_fakes import CAR, PREDICTOR, ROAD, SETTINGS, begin, line, moved, told
 from simulation_fakes import ConstantPlanner
 
 from coverdrive.driving.driver import Driver
@@ -81,6 +82,8 @@ def test_a_drive_ends_once_and_on_the_road_where_it_began() -> None:
     recorder = appearing()
     with pytest.raises(DataError, match="the road is another one than at the first step"):
         recorder.step((30.0, 1.8, 20.0, 0.0), {}, Road.straight(lanes=4))
+    with pytest.raises(DataError, match="the road is another one than at the first step"):
+        recorder.step((30.0, 1.8, 20.0, 0.0), {}, replace(ROAD, line=line()))
     recorder.end((24.0, 1.8, 20.0, 0.0), {})
     assert len(recorder.trace()) == 12
     with pytest.raises(DataError, match="has been ended"):

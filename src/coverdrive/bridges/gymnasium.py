@@ -134,8 +134,7 @@ class Motorway(gymnasium.Env[Any, Any]):
             of_kind("predictor", predictor, Predictor, "a predictor (horizon, predict, choices)")
             check_period(predictor, given.episode.step)
         recordings = all_of("recordings", recordings, Recording, "recordings, as `coverdrive.read` gives")
-        alone = deepcopy(traffic)  # a model of one's own that others have, too
-        self._traffic = traffic_of(alone, predictor, cut_scenarios(recordings))
+        self._traffic = traffic_of(_alone(traffic), predictor, cut_scenarios(recordings))
         place = recorded_place(recordings) if recordings else Place(vehicles=(5,))
         self._vehicles = wholes("vehicles", place.vehicles if vehicles is None else vehicles, 0, MOST_VEHICLES)
         self._given, self._sets = predictor, given.sets
@@ -292,6 +291,15 @@ class Motorway(gymnasium.Env[Any, Any]):
                 windows = find_windows(self.trace())
                 info |= {"windows": int(windows.seen.sum()), "misses": int(windows.missed.sum())}
         return info
+
+
+def _alone(traffic: AnyTraffic) -> AnyTraffic:
+    """A traffic that no other environment drives among."""
+    try:
+        return deepcopy(traffic)
+    except Exception as error:
+        name = type(traffic).__qualname__
+        raise SettingError(f"the traffic {name} cannot be copied ({error}); give what makes it instead") from error
 
 
 if NAME not in gymnasium.registry:

@@ -4,6 +4,7 @@ A vehicle is told as (x, y, speed, heading), which is taken as it is, or as a me
 Kalman filter says how it moves (`coverdrive.recordings.tracks.filtering`), as it does of recorded vehicles.
 """
 
+import math
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count
@@ -29,8 +30,8 @@ _STATE = "x [m], y [m], speed [m/s] and heading [rad] of its centre"
 _FASTEST, _LARGEST = 150.0, 100.0
 """[m/s], [m] beyond which numbers are not those of a vehicle"""
 _NOWHERE = np.full(2, np.nan)
-_KEPT = 20
-"""measured positions of a vehicle"""
+_KEPT = 2 * LONGEST_GAP
+"""[s] for which measured positions of a vehicle are kept"""
 _SAME = 0.01
 """[m] nobody is nearer to the ego's centre but itself"""
 
@@ -133,7 +134,7 @@ class Perception:
 
     def _measure(self, vehicle: _Vehicle, position: Numbers, place: Numbers) -> Float[np.ndarray, " 4"] | None:
         """`Sight.measure` of a position on the road, whose place on the map is kept for another road."""
-        vehicle.measured = [*vehicle.measured[1 - _KEPT :], (place[0], place[1])]
+        vehicle.measured = [*vehicle.measured[-math.ceil(_KEPT / self._period) :], (place[0], place[1])]
         noises = self._smoothing.position_noise, self._smoothing.acceleration_noise
         return vehicle.sight.measure(np.asarray(position, dtype=float), self._period, noises)
 

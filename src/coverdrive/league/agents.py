@@ -84,8 +84,9 @@ class AgentPlanner:
                 raise ValueError(f"expected an acceleration [m/s²] and a yaw rate [rad/s], got {wish}")
         self._before = allowed(state, wish, self._before, self._period, road, vehicle_of(self.vehicle))
         inputs, states = np.tile(self._before, (self.steps, 1)), [state]
-        for each in inputs:
-            states.append(step(states[-1], each, self.dt))
+        for acceleration, yaw_rate in inputs:
+            held = max(acceleration, -states[-1][2] / self.dt), yaw_rate  # until it stands
+            states.append(step(states[-1], np.array(held), self.dt))
         return Plan(np.array(states), inputs, np.zeros(self.steps), Status.INVALID_INPUT, 0.0, 0.0, self.dt)
 
 

@@ -181,13 +181,7 @@ def _made(name: str, settings: PlannerSettings, source: str = "") -> Any:
     """What a factory, of a module whose source has this hash, makes of the settings, or of nothing."""
     factory = factory_of(name)
     with blaming("entrant", factory):
-        return factory(settings) if _takes_settings(inspect.signature(factory)) else factory()
-
-
-def _takes_settings(signature: inspect.Signature) -> bool:
-    """Whether a factory's first argument is left to the league."""
-    first = next(iter(signature.parameters.values()), None)
-    return first is not None and (first.name == "settings" or first.default is first.empty)
+        return factory(settings) if inspect.signature(factory).parameters else factory()
 
 
 def _entered(name: str, known: Known, place: Place) -> Seat:

@@ -11,6 +11,7 @@ from coverdrive.planning.problem.vehicle import step as vehicle_step
 from coverdrive.simulation.drives.episode import EpisodeSettings, run_episode
 from coverdrive.simulation.drives.outcome import Fault, Kind, contacts
 from coverdrive.simulation.drives.trace import Trace
+from coverdrive.simulation.measures.trial import measure
 from coverdrive.simulation.roads.initial import EGO, InitialSettings
 from coverdrive.simulation.traffic.set_sampling import SetSamplingTraffic
 from shape_checks import unchecked
@@ -166,6 +167,8 @@ def test_the_ego_swerves_into_its_neighbour(monkeypatch):
 def test_braking_ends_at_rest():
     trace = run(1, ConstantPlanner(acceleration=-8.0), duration=6.0)
     assert trace.scene.speed[-1, EGO] == 0 and (trace.scene.speed[:, EGO] >= 0).all()
+    found = measure(trace, 0, 0)
+    assert found["hardest_braking"] == 8.0 and found["jerk_longitudinal"] > 0  # at rest nothing brakes
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.prediction.adaptive import Adaptive
 from coverdrive.road import Road
 from coverdrive.scene import Scene
+from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
 from coverdrive.simulation.studies.setup import Setup, described
 from coverdrive.simulation.traffic.replay import Scenario
 
@@ -51,6 +53,9 @@ def given(gain: float) -> Callable[[], Mine]:
         lambda value: around([value]),
         given,
         lambda value: AgentPlanner(Mine(value), Witness()),
+        lambda value: Mine([boxes(value)]),
+        lambda value: partial(Mine, boxes(value)),
+        lambda value: Mine({"set": {value}, "path": Path(f"{value}")}),
     ],
     ids=[
         "settings by name",
@@ -63,6 +68,9 @@ def given(gain: float) -> Callable[[], Mine]:
         "a list around",
         "what is usual",
         "an agent",
+        "a belief in a list",
+        "a belief",
+        "a set and a path",
     ],
 )
 def test_what_is_made_with_other_values_is_another_one(make: Callable[[float], Any]) -> None:
@@ -112,6 +120,12 @@ def test_other_agents_are_other_planners_and_what_holds_itself_is_described() ->
     knot = Mine(1.0)
     knot._gain = [knot]
     assert json.dumps(described(knot))
+
+
+def test_recordings_are_told_by_a_hash() -> None:
+    one, other = (generate(GeneratedSettings(scenes=1, duration=2.0), seed) for seed in (1, 2))
+    texts = [json.dumps(described(Mine(each))) for each in (one, one, other)]
+    assert texts[0] == texts[1] != texts[2] and len(texts[0]) < 300
 
 
 def test_who_has_driven_is_the_same() -> None:

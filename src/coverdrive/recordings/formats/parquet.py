@@ -11,7 +11,7 @@ from pydantic import BaseModel, BeforeValidator, TypeAdapter, ValidationError, m
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.files import write_atomically
 from coverdrive.recordings.files.columns import whole_parquet
-from coverdrive.recordings.recording import SCHEMA, Recording
+from coverdrive.recordings.recording import SCHEMA, Recording, each_alone
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import LaneEdges, Road
 
@@ -132,4 +132,6 @@ def _heads(file: Path, metadata: dict[str, str]) -> list[_Head]:
 def _recording(head: _Head, rows: pl.DataFrame, number: int) -> Recording:
     """Recording ``number`` of a file, its rows found by the column ``recording``."""
     table = rows.filter(pl.col("recording") == number).drop("recording")
+    if table.schema.get("stated") == pl.Float32:  # of a file with as many rows
+        table = table.with_columns(each_alone(table["stated"]))
     return Recording(head.name, table, head.dt, head.road, head.repairs, head.notes, file_dt=head.file_dt)

@@ -170,12 +170,12 @@ def _predicted(predictor: Belief, planner: Planner, scene: Scene, road: Road) ->
         _check_array("points of predict", paths.points)
         count = np.shape(paths.points)[:1]
         _check_shape("points", paths.points, (*count, planner.steps + 1, 2))
-        for name, given in (("half sizes", paths.half_sizes), ("ellipses", paths.ellipses)):
-            if given is not None:
-                _check_shape(name, given, paths.points.shape)
-        for name, given in (("vehicles", paths.vehicle), ("weights", paths.weight)):
-            if given is not None:
-                _check_shape(name, given, count)
+        _check_shape("half sizes", paths.half_sizes, paths.points.shape)
+        _check_shape("vehicles", paths.vehicle, count)
+        if paths.ellipses is not None:
+            _check_shape("ellipses", paths.ellipses, paths.points.shape)
+        if paths.weight is not None:
+            _check_shape("weights", paths.weight, count)
         slots = np.asarray(paths.vehicle)
         if len(slots) and not (slots.dtype.kind in "iu" and ((slots > EGO) & (slots < scene.vehicles)).all()):
             raise ValueError(f"expected slots of others, 1 to {scene.vehicles - 1}, as vehicles, got {slots.tolist()}")

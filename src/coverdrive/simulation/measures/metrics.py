@@ -94,7 +94,9 @@ def _accelerations(trace: Trace) -> Float[np.ndarray, "n 2"]:
     """Acceleration [m/s²] of the ego along and across its way in every step."""
     period = float(trace.time[1] - trace.time[0])
     applied = np.stack([plan.applied(period) for plan in trace.plans])
-    return np.stack([applied[:, 0], applied[:, 1] * trace.scene.speed[:-1, EGO]], axis=-1)
+    speed = np.asarray(trace.scene.speed)[:-1, EGO]
+    along = np.maximum(applied[:, 0], np.minimum(0.0, -speed / period))  # braking ends at rest
+    return np.stack([along, applied[:, 1] * speed], axis=-1)
 
 
 def clear_plans(trace: Trace) -> Bool[np.ndarray, " n"]:

@@ -7,10 +7,13 @@ import inspect
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from datetime import date
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import polars as pl
 
 from coverdrive.arguments import of_kind, whole, wholes
 from coverdrive.certificates.certificate import fingerprint
@@ -19,6 +22,7 @@ from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.adaptive import Adaptive
 from coverdrive.progress import heard_by
+from coverdrive.recordings.recording import Recording
 from coverdrive.settings import Settings
 from coverdrive.simulation.drives.episode import EpisodeSettings, run_episode
 from coverdrive.simulation.drives.trace import Trace
@@ -197,18 +201,23 @@ def described(part: Any, within: tuple[int, ...] = ()) -> Any:
     if isinstance(part, Settings):
         return part.model_dump(mode="json")
     if isinstance(part, np.generic):
-        return part.item()
+        part = part.item()
     if part is None or isinstance(part, _PLAIN):
         return part
+    if isinstance(part, bytes | Path | date | set | frozenset | pl.DataFrame | Recording):
+        return {name_of(type(part)): _hash_of(part)}
     if id(part) in within:
         return name_of(part)
     inside = (*within, id(part))
 
+    def told(each: Any) -> Any:
+        return identity(each) if isinstance(each, Belief) else described(each, inside)
+
     def each_of(parts: Iterable[tuple[str, Any]]) -> dict[str, Any]:
-        return {name: identity(each) if isinstance(each, Belief) else described(each, inside) for name, each in parts}
+        return {name: told(each) for name, each in parts}
 
     if isinstance(part, list | tuple):
-        return [described(each, inside) for each in part]
+        return [told(each) for each in part]
     if isinstance(part, dict):
         return each_of((str(name), each) for name, each in part.items())
     if isinstance(part, np.ndarray) or hasattr(part, "__array__"):
@@ -216,7 +225,7 @@ def described(part: Any, within: tuple[int, ...] = ()) -> Any:
         return described(values.tolist(), inside) if values.dtype == object else {"array": fingerprint(values)}
     if isinstance(part, partial):
         named = each_of(part.keywords.items())
-        with_all = [*(described(each, inside) for each in part.args), *([named] if named else [])]
+        with_all = [*map(told, part.args), *([named] if named else [])]
         return {"made by": described(part.func, inside), "with": with_all}
     settings = getattr(part, "settings", None)
     if isinstance(part, MpcPlanner):
@@ -235,6 +244,16 @@ def described(part: Any, within: tuple[int, ...] = ()) -> Any:
             about |= {"around": each_of(around.items())} if around else {}
             about |= {"usually": described(usually, inside)} if usually else {}
     return {"name": name_of(part), **about} if about else name_of(part)
+
+
+def _hash_of(values: Any) -> str:
+    """A short hash of a table, a recording's table, or other values that say all of themselves."""
+    if isinstance(values, Recording):
+        return _hash_of(values.table)
+    if isinstance(values, pl.DataFrame):
+        return fingerprint(values.hash_rows().to_numpy())
+    said = sorted(map(repr, values)) if isinstance(values, set | frozenset) else repr(values)
+    return fingerprint(np.frombuffer(repr(said).encode(), np.uint8))
 
 
 def _attributes(part: Any) -> Iterator[tuple[str, Any]]:
