@@ -20,7 +20,7 @@ from coverdrive.files import write_json
 
 MANIFEST = "manifest.json"
 
-_FORMAT, _NEXT = 5, "next-"
+_FORMAT, _NEXT = 6, "next-"
 _OBJECT, _FILES = TypeAdapter(dict[str, Any]), TypeAdapter(dict[str, str])
 
 T = TypeVar("T")
