@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import jax
 import numpy as np
@@ -9,9 +10,10 @@ import pytest
 from driving_fakes import CAR, PREDICTOR, ROAD, SETTINGS, begin, line, moved, told
 from simulation_fakes import ConstantPlanner
 
+from coverdrive.bridges.world import drive
 from coverdrive.driving.driver import Driver
 from coverdrive.driving.recorder import Recorder
-from coverdrive.errors import DataError
+from coverdrive.errors import DataError, SettingError
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.reporting.page.replay import replay_data
 from coverdrive.road import Road
@@ -20,6 +22,7 @@ from coverdrive.simulation.drives.outcome import Fault, Kind, Outcome
 from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.measures.trial import measure
 from coverdrive.simulation.traffic.driver_traffic import DriverTraffic
+from shape_checks import unchecked
 
 
 def record(driver: Driver, seed: int) -> Trace:
@@ -95,3 +98,9 @@ def test_a_drive_ends_once_and_on_the_road_where_it_began() -> None:
         recorder.trace()
     recorder.step((0.0, 1.8, 20.0, 0.0), {}, ROAD)
     assert recorder.driver.step((2.0, 1.8, 20.0, 0.0), {}, ROAD).scene.vehicles == 1
+
+
+def test_a_driver_of_another_period_is_refused_before_it_drives() -> None:
+    world = SimpleNamespace(car=SimpleNamespace(period=0.5))
+    with unchecked(), pytest.raises(SettingError, match=r"told every 0\.5 s, the driver decides every 0\.1 s"):
+        drive(world, Driver(PREDICTOR, ConstantPlanner()), 0)  # pyright: ignore[reportArgumentType]

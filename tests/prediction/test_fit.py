@@ -13,6 +13,7 @@ from coverdrive.certificates.evaluation import evaluate
 from coverdrive.certificates.methods import Method, to_two_digits
 from coverdrive.certificates.rule import Hyperplanes, Thresholds
 from coverdrive.errors import CertificateError, DataError, SettingError
+from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.certifying.calibrate import CertificateSettings, calibrate
 from coverdrive.prediction.certifying.scored import ScoredSides
 from coverdrive.prediction.data.segments import cut_segments
@@ -235,6 +236,14 @@ def test_who_asks_is_a_vehicle_of_the_scene(fitted: Fit, ego: int) -> None:
 def test_paths_end_within_the_horizon(fitted: Fit, dt: float, steps: int, said: str) -> None:
     with pytest.raises(SettingError, match=said):
         fitted.predictor.predict(three_vehicles(), Road.straight(), 0, dt, steps)
+
+
+def test_times_are_those_of_a_planner_or_said_but_not_both(fitted: Fit) -> None:
+    scene, planner = three_vehicles(), MpcPlanner()
+    assert fitted.predictor.predict(scene, Road.straight(), 0, like=planner).points.shape[1] == planner.steps + 1
+    with pytest.raises(SettingError, match="leave these out"):
+        fitted.predictor.predict(scene, Road.straight(), 0, dt=0.1, like=planner)
+    assert {fitted.predictor: 1}[fitted.predictor] == 1  # a key, told by what it is
 
 
 def test_a_claim_is_given_by_name(scenes: tuple[Recording, ...]) -> None:

@@ -88,7 +88,7 @@ class Perception:
                 raise DataError(f"{problem}; leave the ego out of the others")
             states.append(state)
             sizes.append(size)
-        if self._road is not None and road is not self._road and not road.same(self._road):
+        if self._road is not None and not road.same(self._road):
             self._see_again(road)
         self._road = road
         measured = np.array([len(state) == 2 for state in states])

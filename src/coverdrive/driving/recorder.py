@@ -36,7 +36,7 @@ class Recorder:
         """`Driver.step`, remembered; a DataError if the road has become another one."""
         if self._end:
             raise DataError("this drive has been ended; reset the recorder before the next one")
-        if self._roads and road is not self._roads[0] and not road.same(self._roads[0]):
+        if self._roads and not road.same(self._roads[0]):
             raise DataError("the road is another one than at the first step; a trace is a drive on one road")
         command = self.driver.step(own, others, road, goal)
         self._commands.append(command)
