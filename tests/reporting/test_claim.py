@@ -1,13 +1,14 @@
 """Every kind of bound is called what it is, in words, in tables, and by its marks."""
 
 from dataclasses import replace
+from typing import get_args
 
 import pytest
-from report_fakes import make_certificate, make_compared, printed
+from report_fakes import make_certificate, make_compared, make_contents, printed
 
-from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.certificate import Certificate, Unit
 from coverdrive.certificates.methods import Method
-from coverdrive.reporting.claim import legend, signs, strength, whose
+from coverdrive.reporting.claim import legend, set_facts, signs, strength, whose
 from coverdrive.reporting.figures.risk import risk_figure
 from coverdrive.reporting.plotting import style
 from coverdrive.reporting.plotting.figure import Points, Texts
@@ -45,6 +46,14 @@ def test_every_kind_has_its_words(certificate: Certificate, strong: str, who: st
     text = printed(methods_table([compared]))
     (row,) = (line for line in text.splitlines() if line.startswith("nested-sets"))
     assert f"14.4 %{sign}" in row and "proved" not in text
+
+
+@pytest.mark.parametrize("unit", get_args(Unit))
+def test_what_a_bound_counts_stands_among_what_was_missed(unit: Unit) -> None:
+    certified, found = make_contents().certified, make_compared(Method.NESTED_SETS, SURE).evaluation
+    facts = [fact for _, fact in set_facts(None, found, certified.occupied, certified.uncovered, unit)]
+    missed = {str(found.missed(each)) for each in get_args(Unit)}
+    assert missed.intersection(facts) == {str(found.windows), str(found.vehicles), str(found.missed(unit))}
 
 
 def test_the_axis_is_cut_for_a_bound_far_beyond_what_was_asked_for() -> None:

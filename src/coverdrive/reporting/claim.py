@@ -7,7 +7,7 @@ for each by itself.
 
 from collections.abc import Iterator, Sequence
 
-from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.certificate import Certificate, Unit
 from coverdrive.certificates.comparison import Compared
 from coverdrive.certificates.evaluation import Evaluation, Rate
 from coverdrive.dialling.dial import proof_of
@@ -24,6 +24,9 @@ ON_AVERAGE, BY_ITSELF = "†", "‡"
 
 WHOSE = {"share": "the average vehicle's windows", "group": "the vehicles of a new scene group"}
 """Of what a bound is a share, where that is not called like the unit"""
+
+_MISSED = {"share": "missed of a test vehicle's windows", "group": "missed test vehicles of a scene group"}
+"""What a bound on a mean share is to be held against"""
 
 
 def strength(certificate: Certificate) -> str:
@@ -71,15 +74,18 @@ def proved_by(study: Study) -> str:
 
 
 def set_facts(
-    basis: Basis | None, evaluation: Evaluation, occupied: Occupied, uncovered: Rate
+    basis: Basis | None, evaluation: Evaluation, occupied: Occupied, uncovered: Rate, unit: Unit
 ) -> Iterator[tuple[str, str]]:
     """How often the sets of a predictor, with the basis if it has one, missed where nothing trained it, and their size.
 
-    Beside the area in which the centre of a vehicle may be stands what the trivial predictor takes for the same claim.
+    What a bound of this unit counts is among it. Beside the area in which the centre of a vehicle may be stands what
+    the trivial predictor takes for the same claim.
     """
     yield "missed test windows", str(evaluation.windows)
     for name, rate in evaluation.kinds.items():
         yield f"  {MANOEUVRES[name]}", str(rate)
+    if unit in _MISSED:
+        yield _MISSED[unit], str(evaluation.missed(unit))
     yield "missed test vehicles", str(evaluation.vehicles)
     if basis is not None:
         yield (

@@ -225,7 +225,7 @@ def facts(contents: Contents) -> list[tuple[str, str]]:
          f"{samples['calibration']} to calibrate, {samples['test']} to test; {samples['dropped']} left out"),
         *([("base trajectories", f"{len(basis)} (ε = {basis.radius:g}; all training segments are covered)")]
           if basis is not None else []),
-        *set_facts(basis, evaluation, certified.occupied, certified.uncovered),
+        *set_facts(basis, evaluation, certified.occupied, certified.uncovered, certified.certificates[0].unit),
         *([("prediction and plan", f"{median:.3g} ms (median step of the median trial); due every "
             f"{1e3 * contents.period:g} ms")] if median is not None else []),
         *([] if contents.driven is None else

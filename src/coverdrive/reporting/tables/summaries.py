@@ -76,7 +76,8 @@ def _fit_facts(result: Fit) -> Iterator[tuple[str, str]]:
             f"sets that are planned against: scale {driven.scale:.2g}",
             f"{proved(driven)}; observed {found.missed(driven.unit)}; {found.sized}",
         )
-    yield from set_facts(result.predictor.basis, evaluation, result.occupied, result.uncovered)
+    unit = result.certificates[0].unit
+    yield from set_facts(result.predictor.basis, evaluation, result.occupied, result.uncovered, unit)
     for stage, seconds in result.seconds.items():
         yield f"time for {stage}", f"{seconds:.1f} s"
 
