@@ -43,13 +43,16 @@ def test_fractions_of_whole_numbers_are_not_rounded(said: str) -> None:
     assert "a whole number, got" in (complained := coverdrive(*said.split(), status=2)) or "into int" in complained
 
 
-def test_a_damaged_dial_is_told_before_anything_is_driven(quick_fit: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("part", ["dialled", "certified"])
+def test_what_is_damaged_is_told_before_anything_is_driven(
+    quick_fit: Path, monkeypatch: pytest.MonkeyPatch, part: str
+) -> None:
     def damaged(_: Results) -> None:
-        raise SettingError("dialled.json is damaged")
+        raise SettingError(f"{part} is damaged")
 
-    monkeypatch.setattr(Results, "dialled", property(damaged))
+    monkeypatch.setattr(Results, part, property(damaged))
     monkeypatch.setattr(Study, "run", lambda *_, **__: pytest.fail("it drives"))
-    assert "dialled.json is damaged" in coverdrive("study", quick_fit, "--trials", "1", status=2)
+    assert f"{part} is damaged" in coverdrive("study", quick_fit, "--trials", "1", status=2)
 
 
 def test_a_combination_of_settings_that_is_named_twice_is_refused(quick_fit: Path) -> None:

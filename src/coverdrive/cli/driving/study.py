@@ -111,14 +111,14 @@ def study_and_print(
         from coverdrive.reporting.claim import proved_by
         from coverdrive.reporting.tables.study import collisions_table, drives_table, safety_table
         from coverdrive.simulation.studies.driven_on import driven_on
-    dialled = results.dialled  # a damaged one is told before hours of driving
+    dialled, certificates = results.dialled, results.certified.planned_against  # damaged ones are told before driving
     _run(study, size, cluster)
     place = driven_on(study.setup)
     console.print(place)
     trials = study.trials
     replayed = study.setup.replays
     console.print(collisions_table(trials, replayed))
-    console.print(safety_table(trials, results.certified.planned_against, replayed))
+    console.print(safety_table(trials, certificates, replayed))
     console.print(drives_table(trials))
     proved = proved_by(study)
     console.print(f"• {proved}")
