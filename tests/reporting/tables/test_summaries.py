@@ -1,9 +1,15 @@
 """Summary tables: what they say, and that they fit a terminal of 80 columns."""
 
-from report_fakes import printed
+from dataclasses import replace
+from types import SimpleNamespace
+from unittest.mock import Mock
 
+import pytest
+from report_fakes import make_contents, printed
+
+from coverdrive.prediction.fit import Fit
 from coverdrive.recordings.summary import Summary
-from coverdrive.reporting.tables.summaries import recordings_table
+from coverdrive.reporting.tables.summaries import fit_table, recordings_table
 
 
 def summary(groups: tuple[int, ...], repairs: dict[str, int]) -> Summary:
@@ -16,3 +22,17 @@ def test_recordings() -> None:
     for part in ("us101_300_vehicles period 1", "2–4", "1, 5", "125758", "11.8/29.5", "7 duplicated rows", "0.1 s"):
         assert part in text
     assert "…" not in text
+
+
+@pytest.mark.parametrize(
+    ("scenes", "said"), [(1, "; 9 vehicles, 1 scene group)"), (2, "; 9 vehicles, 2 scene groups)")]
+)
+def test_a_fit_counts_its_scene_groups(scenes: int, said: str) -> None:
+    contents = make_contents()
+    certified, nothing = contents.certified, SimpleNamespace(train=(), calibration=(), test=(), dropped=0)
+    certificates = tuple(replace(each, vehicles=9, scenes=scenes) for each in certified.certificates)
+    fit = Mock(
+        spec=Fit, evaluation=certified.evaluation, predictor=contents.predictor, split=nothing, segments=(), seconds={},
+        certificates=certificates, occupied=certified.occupied, uncovered=certified.uncovered,
+    )  # fmt: skip
+    assert said in printed(fit_table(fit), 300)

@@ -62,7 +62,8 @@ def _fit_facts(result: Fit) -> Iterator[tuple[str, str]]:
         yield (
             "bound on misses",
             f"{at_most(each.epsilon)} of {whose(each)}, {strength(each)}, by {each.method} ({each.samples} "
-            f"{each.noun}s, {each.uncovered} of them uncovered; {each.vehicles} vehicles, {each.scenes} scene groups)",
+            f"{each.noun}s, {each.uncovered} of them uncovered; {each.vehicles} vehicles, {each.scenes} scene "
+            f"group{'s' * (each.scenes != 1)})",
         )
         if each.prediction_epsilon is not None and each.paper_epsilon is not None:
             ours = "exact" if each.support is None else f"by {each.support} supporting {each.noun}s"
