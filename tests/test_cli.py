@@ -300,6 +300,12 @@ def test_help_says_the_defaults_of_the_settings(capsys: pytest.CaptureFixture[st
         assert [value for value in values if f"[default: {value} unless the settings differ]" not in printed] == []
 
 
+def test_help_says_several_numbers_as_they_are_given(capsys: pytest.CaptureFixture[str]) -> None:
+    for command, values in (("calibrations", "0.05 0.1 0.2"), ("basis", "0.5 0.75 1 2")):
+        app.help_print([command], console=Console(width=1000))
+        assert f"[default: {values}]" in capsys.readouterr().out
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for other processes")
 @pytest.mark.parametrize(("number", "status", "workers"), [(signal.SIGINT, 130, "1"), (signal.SIGTERM, 143, "2")])

@@ -6,7 +6,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from coverdrive.cli.shared.bars import stages, waiting
-from coverdrive.cli.shared.options import AS_USUAL, Config, Files, Out, Seed, between, console, experiment_of, usually
+from coverdrive.cli.shared.options import (
+    AS_USUAL,
+    Config,
+    Files,
+    Out,
+    Seed,
+    between,
+    console,
+    experiment_of,
+    listed,
+    usually,
+)
 from coverdrive.files import number_in_name, write_atomically, write_json
 
 if TYPE_CHECKING:
@@ -26,6 +37,7 @@ def basis(
             consume_multiple=True,
             validator=between(0, 1000),
             help="Radii of covers [m across the road], as in `--epsilon 0.5 1`.",
+            show_default=listed,
         ),
     ] = (0.5, 0.75, 1.0, 2.0),
     stride: Annotated[

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from coverdrive.cli.shared.bars import stages, waiting
-from coverdrive.cli.shared.options import TARGETS, Confidence, Folder, Unit, between, console
+from coverdrive.cli.shared.options import TARGETS, Confidence, Folder, Unit, between, console, listed
 
 if TYPE_CHECKING:
     from coverdrive.certificates.certificate import Unit as Bounded
@@ -26,6 +26,7 @@ def calibrations(
             consume_multiple=True,
             validator=between(0, 1),
             help="Bounds to prove on the share that is missed, between 0 and 1, as in `--epsilon 0.05 0.1`.",
+            show_default=listed,
         ),
     ] = TARGETS,
     confidence: Confidence = None,

@@ -30,6 +30,11 @@ def usually(value: str) -> Callable[[Any], str]:
     return lambda _: f"{value} unless the settings differ"
 
 
+def listed(values: Sequence[float]) -> str:
+    """Numbers as they are given to an option."""
+    return " ".join(f"{value:g}" for value in values)
+
+
 def between(low: float, high: float) -> Callable[[Any, Any], None]:
     """Refuses numbers that are not within these bounds, themselves excluded, and what is no number."""
 
