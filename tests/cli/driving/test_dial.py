@@ -109,3 +109,9 @@ def test_proofs_of_several_seeds_are_counted(ran: Path, tmp_path: Path) -> None:
 def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
     said = " ".join(coverdrive("dial", "--help").split())
     assert "proved" in said and "--scales" in said and "--risk" in said
+
+
+@pytest.mark.parametrize("option", ["--event own", "--scales 0.3 0.8", "--procedure Holm", "--most 5", "--beside idm"])
+def test_what_says_how_drives_prove_is_refused_for_replays(quick_fit: Path, option: str) -> None:
+    said = coverdrive("dial", quick_fit, "--traffic", "replay", *option.split(), status=2)
+    assert f"{option.split()[0]} would have no effect, as replays prove nothing" in said

@@ -11,6 +11,7 @@ from coverdrive.cli.driving.study import AS_FITTED, Cluster, Driven
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
 from coverdrive.cli.shared.options import between, console, processes
+from coverdrive.errors import SettingError
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
@@ -109,6 +110,8 @@ def dial(
     experiment = driven.experiment(results, settings, workers=workers)
     recording, road = driven.recording or [], driven.road
     results.check_replay((experiment.traffic.kind,), [] if beside else recording, road)
+    if experiment.traffic.kind in REPLAYS:
+        _refuse_proofs(event=event != "any", scales=scales, procedure=procedure, most=most, beside=beside)
     tried = tuple(scales or SCALES)
     request = Request(0.01 if risk is None else risk, confidence, event, tried, procedure, pilot, most)
     if experiment.traffic.kind in REPLAYS:
@@ -121,6 +124,15 @@ def dial(
                 "groups": chosen.table.to_dicts()}  # fmt: skip
     found = dial_and_print(results, experiment, request, recording, road, cluster, beside or [])
     return {"results": str(folder), **found.record}
+
+
+def _refuse_proofs(**asked: Any) -> None:
+    """Refuse the options that say how drives prove, as replays prove nothing."""
+    if named := [f"--{name}" for name, value in asked.items() if value]:
+        raise SettingError(
+            f"{' and '.join(named)} would have no effect, as replays prove nothing: sets are compared that are left in "
+            "5 to 80 % of the windows; leave it out, or choose another --traffic"
+        )
 
 
 def dial_and_print(
