@@ -44,7 +44,7 @@ def report(
     """Write one HTML page that shows everything and needs no network, with drives to replay.
 
     Args:
-        fitted: a fit, or the results folder that it is in.
+        fitted: a fit, or the `fitted` of the `coverdrive.results.Results` that it is in.
         study: that was driven with its predictor, if any.
         path: of the page; in the results folder if left out, or ``report.html``.
         trials: to replay in any case; DataError if one is none of the study.
