@@ -56,6 +56,14 @@ def test_velocities_and_headings_are_those_of_the_motion():
     assert np.ravel([speed * np.cos(turned), speed * np.sin(turned)]) == pytest.approx([25.0, 2.0], abs=1e-4)
 
 
+def test_who_stands_keeps_a_heading():
+    lon, lat, heading = np.full(3, 40.0), np.array([1.0, 2.0, 9.0]), np.array([0.7, np.pi / 2, -3.0])
+    speed, turned = CURVED.rates(lon, lat, np.zeros(3), heading)
+    assert (speed == 0).all()
+    assert turned == pytest.approx(CURVED.rates(lon, lat, np.ones(3), heading)[1])
+    assert np.ravel(CURVED.bodies_to_map(lon, lat, turned)[1]) == pytest.approx(CURVED.heading_to_map(lon, heading))
+
+
 def test_lanes_begin_and_end():
     lon = np.array([50.0, 105.0, 150.0, 215.0, 235.0, 280.0])
     there = [False, False, True, True, False, False]

@@ -155,8 +155,8 @@ class Road:
         """
         if self.line is None:
             return speed, heading
-        along, across = speed * np.cos(heading) / self.stretch(lon, lat), speed * np.sin(heading)
-        return np.hypot(along, across), np.arctan2(across, along)
+        along, across = np.cos(heading) / self.stretch(lon, lat), np.sin(heading)
+        return speed * np.hypot(along, across), np.arctan2(across, along)
 
     def bodies_to_map(self, lon: Numbers, lat: Numbers, heading: Numbers) -> tuple[Numbers, Numbers]:
         """Centres (…, 2) [m] and directions [rad] on the map of bodies with headings of the rates of lon and lat."""

@@ -161,3 +161,12 @@ def test_speeds_are_those_along_the_road_beside_a_bend() -> None:
     rates = (np.array(later) - [50.0, 9.0]) / 1e-4
     assert states[2] * np.array([np.cos(states[3]), np.sin(states[3])]) == pytest.approx(rates, abs=1e-2)
     assert states[2] > 19.5
+
+
+def test_who_stands_is_seen_as_it_is_turned() -> None:
+    road = Road(ROAD.edges, 250.0, line(0.5))
+    x, y = (float(each) for each in road.to_map(50.0, 5.4))
+    scene = perception().scene(
+        (*road.to_map(0.0, 1.8), 0.0, 0.6), {"wall": ((x, y, 0.0, 0.5 + 1.5), (10.0, 0.5))}, road
+    )
+    assert scene.states == pytest.approx(np.array([[0.0, 1.8, 0.0, 0.1], [50.0, 5.4, 0.0, 1.5]]), abs=1e-6)
