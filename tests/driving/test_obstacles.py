@@ -115,3 +115,10 @@ def test_who_comes_near_a_narrow_road() -> None:
     }
     found = come_near([(pose, (18.0, 2.5)) for pose in near], road)
     assert found.tolist() == list(near.values())
+
+
+def test_buildings_are_told_to_nobody(tmp_path: Path) -> None:
+    place = "<orientation>0.3</orientation><center><x>90.0</x><y>20.0</y></center></rectangle>"
+    body = rectangle(10.0, 8.0).replace("</rectangle>", place)
+    building = f'<environmentObstacle id="300"><type>building</type><shape>{body}</shape></environmentObstacle>'
+    assert len(bodies(tmp_path, standing(rectangle(4.0, 2.0), 90.0, -1.75) + building)) == 1

@@ -37,6 +37,9 @@ _PARTS = (
 _TURNS = ("orientation", "originXShift")
 """of rectangles, besides their centre"""
 
+_PLACED = "environmentObstacle"
+"""has no position besides that of its shape"""
+
 STATED = "orientation", "position", "time", "velocity"
 """of every initial state, but for the velocity of what stands; commonroad-io takes 0 for what is missing"""
 
@@ -141,8 +144,9 @@ def _checked(file: Path) -> tuple[str, dict[str, int]]:
         nonlocal role
         inside.pop()
         shifts = "shape" in inside and (name in _TURNS or inside[-1:] == ["center"])
-        if parser.CharacterDataHandler and shifts and _number("".join(text)):
-            problem = f"the body of a {inside[inside.index('shape') - 1]} is beside its position, or turned against it"
+        whose = inside[inside.index("shape") - 1] if shifts else _PLACED
+        if parser.CharacterDataHandler and whose != _PLACED and _number("".join(text)):
+            problem = f"the body of a {whose} is beside its position, or turned against it"
             raise RecordingError(file, f"{problem}; expected its position in its middle", parser.CurrentLineNumber)
         if inside[-1:] == ["obstacle"] and name == "role":  # of 2018b, wherever it stands
             role = "".join(text).strip()
