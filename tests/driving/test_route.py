@@ -9,7 +9,9 @@ from problem_fakes import between, box, goal, problem
 from recordings_fakes import driving, lanelet, on_map, points, scenario
 
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems
+from coverdrive.driving.single_track import ModelName
 from coverdrive.driving.solved import solve
+from coverdrive.driving.solving import drive
 from coverdrive.errors import RecordingError
 
 AT = np.linspace(90.0, 200.0, 30)
@@ -142,6 +144,18 @@ def test_a_loop_of_25_m_is_driven_slowly(tmp_path: Path) -> None:
     way = np.hypot(*np.diff(places, axis=0).T).sum()
     assert found.row["mean_speed"] == pytest.approx(way / found.drive.seconds, rel=0.02)
     assert found.row["mean_speed"] != pytest.approx(found.drive.trace.scene.speed[:, 0].mean(), rel=0.02)
+
+
+@pytest.mark.parametrize("model", ["KS", "ST"])
+def test_a_tight_bend_is_driven_in_the_middle_of_its_lane(tmp_path: Path, model: ModelName) -> None:
+    path = tmp_path / "USA_Test-1_1_T-1.xml"
+    path.write_text(scenario(arc(30.0, 6.0, 10.0), started(5.0, 7.0, goal(first=80, last=100))))
+    (found,) = read_problems(path)
+    assert isinstance(found, PlanningProblem)
+    driven = drive(found, PREDICTOR, model)
+    assert driven.reached
+    radius = np.hypot(*(np.array([car.pose[:2] for car in driven.cars[40:]]) - [10.0, 30.0]).T)
+    assert radius == pytest.approx(np.full(len(radius), 30.0), abs=0.2)
 
 
 AHEAD = np.linspace(50.0, 200.0, 30)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from commonroad.common.solution import CommonRoadSolutionWriter, CostFunction, PlanningProblemSolution, Solution
 from commonroad.scenario.trajectory import Trajectory
+from jaxtyping import Float
 from shapely.geometry import Point
 
 from coverdrive.driving.driver import Driver, adapted
@@ -23,6 +24,7 @@ from coverdrive.driving.single_track import BMW, VEHICLE, ModelName, SingleTrack
 from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.progress import done
+from coverdrive.road import Road
 from coverdrive.simulation.drives.outcome import Kind
 from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.predictor import Belief, as_given
@@ -102,15 +104,26 @@ def drive(
     recorder, cars = Recorder(driver), [car]
     for moment in range(problem.first, problem.last):
         goal = problem.goal_from(*problem.road.to_road(*car.pose[:2])) if ours else None
-        command = recorder.step(car.pose, problem.others(moment), problem.road, goal)
+        command = recorder.step(_heading_on(car.pose, problem.road), problem.others(moment), problem.road, goal)
         car = car.moved(command.acceleration, command.steering, dt)
         cars.append(car)
         done(moment + 1 - problem.first, problem.last - problem.first)
         if is_reached(problem, car, moment + 1):
             break
     last = problem.first + len(cars) - 1
-    recorder.end(car.pose, problem.others(last))
+    recorder.end(_heading_on(car.pose, problem.road), problem.others(last))
     return Drive(problem, tuple(cars), is_reached(problem, car, last), recorder.trace())
+
+
+def _heading_on(pose: Float[np.ndarray, " 4"], road: Road) -> Float[np.ndarray, " 4"]:
+    """The pose of a car, turned as its centre moves where it follows the bend of a road.
+
+    A planner takes the heading for the direction of motion, which only the middle of the rear axle has: told of that of
+    the body, it would let the car drift to the inside of the bend.
+    """
+    lon, lat = road.to_road(*pose[:2])
+    bend = float(road.curvature(lon) / road.stretch(lon, lat))
+    return pose + np.array([0.0, 0.0, 0.0, np.arcsin(np.clip(BMW.b * bend, -1.0, 1.0))])
 
 
 def settings_for(problem: PlanningProblem, settings: PlannerSettings) -> PlannerSettings:
