@@ -1,5 +1,6 @@
 """Problems on roads that split, end lanes in their middle or bend sharply."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -127,6 +128,15 @@ def test_a_goal_too_far_ahead_is_said_to_be(left: float, why: str, tmp_path: Pat
     assert isinstance(found, PlanningProblem)
     with pytest.raises(RecordingError, match=why):
         _ = found.goal
+
+
+def test_a_goal_beyond_a_sharp_curve_is_said_to_be(tmp_path: Path) -> None:
+    path = tmp_path / "USA_Test-1_1_T-1.xml"
+    place = "<position><circle><radius>2</radius><center><x>192</x><y>12</y></center></circle></position>"
+    path.write_text(scenario(arc(12.0, 3.0, 180.0), started(100.0, 10.0, goal(place, first=50, last=100))))
+    (found,) = solve(path, PREDICTOR)
+    why = r"lanes lead to the goal, but a road can be drawn along them for \d+ m only; expected no curves below 20 m"
+    assert re.search(why, found.row["reason"]), found.row["reason"]
 
 
 def test_a_loop_of_25_m_is_driven_slowly(tmp_path: Path) -> None:

@@ -27,6 +27,7 @@ from coverdrive.recordings.roads.border import lanes_along_border
 from coverdrive.recordings.roads.drawn_road import TOUCHING, DrawnLane
 from coverdrive.recordings.roads.driven_road import roads_of
 from coverdrive.recordings.tracks.repair import VERGE
+from coverdrive.reference_line import SMALLEST_RADIUS
 from coverdrive.road import Road
 
 _SAME_PLACE, _SAME_SPEED = 1.0, 0.5
@@ -204,7 +205,7 @@ class PlanningProblem:
         on_road = shape.intersection(_surface_of(self.road).buffer(-_OFF_CENTRE))
         parts = [part for part in getattr(on_road, "geoms", [on_road]) if part.area > 0]
         if not parts:
-            problem = self._too_far(shape) or "the goal is not on the road that the start is on"
+            problem = self._why_not_on(shape)
             raise RecordingError(
                 self.file, f"planning problem {self.number}: {problem}; choose another planning problem"
             )
@@ -216,16 +217,19 @@ class PlanningProblem:
 
         return min(parts, key=way)
 
-    def _too_far(self, shape: BaseGeometry) -> str | None:
-        """Why a shape cannot be reached in time although lanes lead there; None if it can, or for another reason."""
+    def _why_not_on(self, shape: BaseGeometry) -> str:
+        """Why a shape is not on the road."""
         start, time = self.problem.initial_state, float(self.scenario.dt) * (self.last - self.first)
         way, most = shape.distance(Point(*start.position)), farthest(float(start.velocity), time)
         lanelets = self.scenario.lanelet_network.lanelets
-        if way <= most or route(lanelets, start.position, float(start.orientation), [shape]) is None:
-            return None
-        return (
-            f"the goal is {way:.0f} m away; from {start.velocity:g} m/s one gets {most:.0f} m in its {time:g} s at most"
-        )
+        if route(lanelets, start.position, float(start.orientation), [shape]) is None:
+            return "the goal is not on the road that the start is on"
+        if way > most:
+            far = f"the goal is {way:.0f} m away"
+            return f"{far}; from {start.velocity:g} m/s one gets {most:.0f} m in its {time:g} s at most"
+        left = float(self.road.length - self.road.to_road(*start.position)[0])
+        ends = f"lanes lead to the goal, but a road can be drawn along them for {left:.0f} m only"
+        return f"{ends}; expected no curves below {SMALLEST_RADIUS:g} m radius on the way"
 
 
 class ProblemError(RecordingError):
