@@ -18,10 +18,11 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
 from coverdrive.planning.check.evaluate import Plans, write_slack
 from coverdrive.planning.problem.constants import Constants, constants_of
-from coverdrive.planning.problem.road_table import table_of
+from coverdrive.planning.problem.road_table import RoadTable, table_of
 from coverdrive.planning.problem.rollout import after_step
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.problem.tree import held_on
+from coverdrive.planning.problem.vehicle import SLOW, slow
 from coverdrive.planning.rules.ego_state import assumed_state, continued, plausible
 from coverdrive.planning.rules.follower import without_follower
 from coverdrive.planning.rules.leaders import Leaders, LeaderSettings, braking, leaders_of
@@ -106,7 +107,11 @@ class Call(NamedTuple):
     """[m/s] that is wanted"""
     manners: MannersSettings
     constants: Constants
-    """of the problem, hurried or not"""
+    """of the problem: calm, hurried or slow"""
+    table: RoadTable
+    """of the road"""
+    slow: bool
+    """whether at walking pace"""
     begun: float
     """[s] when, by the clock"""
 
@@ -188,6 +193,7 @@ class MpcPlanner:
         hurried = problem.model_copy(update={"cost": problem.cost.hurried()})
         self._calm, self._hurried = constants_of(problem, period), constants_of(hurried, period)
         self._road: Road | None = None
+        self._slow: tuple[Constants, RoadTable] | None = None
         self._held_on = held_on(problem.steps, period, problem.dt)
         self._memory: _Memory | None = None
         self._applied = np.zeros(2)  # acceleration [m/s²] and yaw rate [rad/s] since the last call
@@ -230,8 +236,11 @@ class MpcPlanner:
         paths, complete = self._paths.completed(paths, self._period)
         searching = complete and unknown <= self.settings.grace + _ROUNDING
         speed = problem.cost.reference_speed if wish.speed is None else wish.speed
-        constants = self._hurried if wish.urgent else self._calm
-        call = Call(measured, road, wish, speed, self.settings.manners, constants, begun)
+        manners, constants = self.settings.manners, self._hurried if wish.urgent else self._calm
+        call = Call(measured, road, wish, speed, manners, constants, self._table, False, begun)
+        if measured[2] < SLOW and manners.like != "paper":
+            constants, table = self._slowly(road)
+            call = call._replace(constants=constants, table=table, slow=True)
         found, targets, status = self._decide(call, paths, searching)
         plan = self._plan_of(call, found, status if known and complete else Status.INVALID_INPUT)
         self._remember(call, found, targets, plan, unknown)
@@ -245,12 +254,21 @@ class MpcPlanner:
         self._look_at(road)
         return None if road.line is None else (self._table.road.spacing, self._table.wanted[1])
 
+    def _slowly(self, road: Road) -> tuple[Constants, RoadTable]:
+        """The problem at walking pace on the road that it looked at."""
+        if self._slow is None:
+            problem = self.settings.problem
+            problem = problem.model_copy(update={"cost": problem.cost.slow(), "vehicle": slow(problem.vehicle)})
+            table = table_of(road, problem)
+            self._slow = constants_of(problem, self._period)._replace(vehicle=table.vehicle), table
+        return self._slow
+
     def _look_at(self, road: Road) -> None:
         """Make the table of a road, if it is another one than before, and forget what is in the frame of that."""
         if road is not self._road:
             if self._road is not None and not road.same(self._road):
                 self._memory, self._paths = None, PathMemory(self.settings.grace)
-            self._table, self._road = table_of(road, self.settings.problem), road
+            self._table, self._road, self._slow = table_of(road, self.settings.problem), road, None
             vehicle = self._table.vehicle
             self._calm, self._hurried = (each._replace(vehicle=vehicle) for each in (self._calm, self._hurried))
 
@@ -274,13 +292,22 @@ class MpcPlanner:
             call = call._replace(manners=NONE)
         lost = leaders.lost(targets.lasting, call.speed, horizon, horizon + settings.leaders.foresight)
         targets = targets._replace(lost=lost)
+        own = targets._replace(lanes=targets.lanes[:1], lat=targets.lat[:1])
+        if call.slow:
+            targets = self._pulled_out(call, targets)
         found = self._clear_of_leaders(call, paths, leaders, targets) if searching else None
         if found is None:
-            own = targets._replace(lanes=targets.lanes[:1], lat=targets.lat[:1])
             return self._braking(call, paths, own), own, Status.UNSAFE
         if not found.clear:
             return found, targets, Status.UNSAFE
         return found, targets, Status.SOLVED if found.optimised else Status.FALLBACK
+
+    def _pulled_out(self, call: Call, targets: TargetLanes) -> TargetLanes:
+        """The best of the target lanes alone, if it is not the own one: going straight on until the end of the plan would
+        always be better than turning out.
+        """
+        best = int(np.argmin(self._extra(call.wish, targets, targets.lanes[0])))
+        return targets if best == 0 else targets._replace(lanes=[targets.lanes[best]], lat=targets.lat[[best]])
 
     def _clear_of_leaders(
         self, call: Call, paths: PredictedPaths, leaders: Leaders, targets: TargetLanes
@@ -374,7 +401,7 @@ class MpcPlanner:
     def _around(self, call: Call, paths: PredictedPaths) -> Surroundings:
         """What the search is made for."""
         problem = self.settings.problem
-        return surroundings_of(call.state, self._applied, paths, self._table, problem, call.wish, call.manners)
+        return surroundings_of(call.state, self._applied, paths, call.table, problem, call.wish, call.manners)
 
     def _plan_of(self, call: Call, found: _Found, status: Status) -> Plan:
         """The chosen plan, on the road."""

@@ -19,6 +19,9 @@ _URGENT_LANE, _URGENT_SPEED = 4.0, 8.0
 """factors on the weights of place and speed where these are urgent: a lane is changed in 3 s instead of 4, and a wanted
 speed approached in half of the time"""
 
+_FELT = 0.1
+"""factor on the weights of heading and turning at walking pace"""
+
 
 class CostSettings(Settings):
     """Weights of the squared errors; each is the cost of one unit during one step."""
@@ -55,6 +58,11 @@ class CostSettings(Settings):
     def hurried(self) -> "CostSettings":
         """The weights of who has to be somewhere in time: place and speed count more, comfort as it did."""
         return self.model_copy(update={"lane": _URGENT_LANE * self.lane, "speed": _URGENT_SPEED * self.speed})
+
+    def slow(self) -> "CostSettings":
+        """The weights at walking pace: hurried, as what is gained in 3 s is little, and turning is hardly felt."""
+        felt = {name: _FELT * getattr(self, name) for name in ("heading", "yaw_rate", "yaw_rate_change")}
+        return self.hurried().model_copy(update=felt)
 
     def slack_weights(self, steps: int) -> Float[np.ndarray, " K"]:
         """The weights c_k of the K steps: the schedule spread evenly over the horizon."""

@@ -17,6 +17,11 @@ from coverdrive.road_ahead import TINY, Bend, State, bent_on
 from coverdrive.scene import beside
 from coverdrive.settings import Settings
 
+SLOW = 2.0
+"""[m/s] below which a car goes at walking pace"""
+_SLOW_HEADING = 0.6
+"""[rad] largest angle between such a car and the road, if it may not have a larger one at any speed"""
+
 
 class VehicleSettings(Settings):
     """Size and limits of the ego; *CommonRoad*: `commonroad-vehicle-models` 3.0.2, vehicle 2, a BMW 320i."""
@@ -51,6 +56,11 @@ class VehicleSettings(Settings):
     def half_sizes(self) -> Float[np.ndarray, " 2"]:
         """[m] half length and half width."""
         return np.array([self.length / 2, self.width / 2])
+
+
+def slow(vehicle: VehicleSettings) -> VehicleSettings:
+    """The limits of a car at walking pace."""
+    return vehicle.model_copy(update={"max_heading": max(vehicle.max_heading, _SLOW_HEADING)})
 
 
 def moved(state: tuple[Any, Any, Any, Any], inputs: tuple[Any, Any], dt: float) -> tuple[Any, Any, Any, Any]:
@@ -154,6 +164,8 @@ def allowed(
 ) -> tuple[float, float]:  # fmt: skip
     """`within_limits` on a road, for one period [s] after inputs that were driven for another."""
     here: Any = tuple(state.tolist())
+    if here[2] < SLOW:
+        vehicle = vehicle._replace(max_heading=max(vehicle.max_heading, _SLOW_HEADING))
     bend: Any = tuple(float(np.ravel(each)[0]) for each in bent_on(state[:, None], road)[:4])
     return within_limits(here, wish, before, period, period, bend, vehicle)
 

@@ -27,6 +27,8 @@ _WEIGHT = 1000.0
 
 _EASE = 2.0
 """[m/s²] at which the ego is taken to slow down for others; comfortable"""
+_STANDING, _ROOM = 0.5, 3.0
+"""[m/s] of who stands, and [m] behind it besides what is kept clear, so that there is room to pull out"""
 
 
 class MannersSettings(Settings):
@@ -108,6 +110,8 @@ def _widen(
             speed = max((boxes[0, last, i] - boxes[0, first, i]) / (dt * (last - first)), 0.0)
             closing = max(own_speed - _EASE * dt * k - speed, 0.0)
             reach = _headway(headway, speed) * speed + time_to_collision * closing
+            if ahead and speed < _STANDING:
+                reach = max(reach, _ROOM)
             if ahead:
                 time = min(dt * k, own_speed / _EASE)
                 eased = (own_speed - _EASE * time / 2) * time
