@@ -195,6 +195,21 @@ def test_evasions_that_brake_stop_short_of_the_edge_and_keep_to_the_road(
         assert evaluated(whole(steered(state, edge, braking)), surroundings).departure[0] > 0.05
 
 
+@pytest.mark.parametrize("left", [False, True])
+def test_evasions_that_are_steered_more_finely_reach_the_edge_and_keep_to_the_road(straight_paths, left: bool) -> None:
+    """At 20 m/s. The negative control are the same ones in steps, which stop short of it."""
+    room = CAR.width / 2 + CONSTANTS.shape.edge_margin
+    lat, edge = (10.8 - 2.5, 10.8 - room) if left else (2.5, room)
+    state, wanted = np.array([0.0, lat, 20.0, 0.0]), wanted_of([5.4, 1.8, 9.0])
+    plans, *_ = searched(wanted, around(state, straight_paths((0.0, lat, 20.0))), iterations=0)
+    ways, tried = wanted.guesses + 1 + len(wanted.lanes), len(manoeuvres._HARD)
+    outermost = ways + ((manoeuvres._PLACES - 1) * tried if left else 0)
+    for i in range(outermost, outermost + tried):
+        short, reached = np.abs(plans.states[[i, i + manoeuvres.WAYS], CONSTANTS.tree.drive[-1], 1] - edge)
+        assert reached < 0.03 < 0.1 < short
+        assert plans.departure[i + manoeuvres.WAYS] <= search._MORE_DEPARTURE + 0.03
+
+
 def test_where_nothing_is_clear_5_cm_beyond_the_least_departure_count_for_nothing() -> None:
     plans = empty_plans(4, NODES)
     plans.cost[:], plans.departure[:] = 1.0, [0.2, 0.249, 0.251, 0.9]

@@ -21,7 +21,7 @@ _PLACES = 9
 _FARTHEST = 4.0
 """[m] across the road to such a place"""
 _SHORT = 0.9
-"""share of the way to the edge that is steered for: a car swings beyond where it steers to"""
+"""share of the way there that is steered for, unless more finely: a car that steers in steps swings beyond"""
 _HURRY = 1.6
 """times faster than a lane is changed in comfort"""
 _HARD = np.array([1.0, 0.5, 0.0])
@@ -98,21 +98,21 @@ def write_manoeuvre(
 def evade(plans: Plans, first: int, lanes: Float[np.ndarray, " L"], around: Surroundings, constants: Constants) -> int:
     """Append ways to evade: to where the ego is, and across the road as far as it is near; returns their end.
 
-    What is not clear is also looked at as if it were steered as often as there are plans.
+    What is not clear is also looked at as if it were steered as often as there are plans, and then all the way.
     """
     lat, half_width = around.state[1], constants.vehicle.width / 2 + constants.shape.edge_margin
     right = max(lat - _FARTHEST, min(lat, value_at(0.0, RIGHT, around.road)[0] + half_width))
     left = min(lat + _FARTHEST, max(lat, value_at(0.0, LEFT, around.road)[0] - half_width))
-    right, left = lat + _SHORT * (right - lat), lat + _SHORT * (left - lat)
     last, parts = first + WAYS, int(np.ceil(constants.dt / constants.period - _ROUNDING))
     for i in range(WAYS):
         place = i // len(_HARD)
-        at = lat if place == _PLACES else right + (left - right) * place / (_PLACES - 1)
+        there = lat if place == _PLACES else right + (left - right) * place / (_PLACES - 1)
+        at = lat + _SHORT * (there - lat)
         lane = int(np.argmin(np.abs(lanes - at)))
         braking = -constants.vehicle.max_deceleration * _HARD[i % len(_HARD)]
         write_manoeuvre(plans, first + i, at, lane, lanes[lane], braking, _HURRY, 1, around, constants)
         if parts > 1 and not plans.clear[first + i]:
-            write_manoeuvre(plans, last, at, lane, lanes[lane], braking, _HURRY, parts, around, constants)
+            write_manoeuvre(plans, last, there, lane, lanes[lane], braking, _HURRY, parts, around, constants)
             last += 1
     return last
 
