@@ -177,7 +177,7 @@ def complete(plans: Plans, i: int, around: Surroundings, constants: Constants) -
                 break
             if grown == 1 and deep == 0:
                 severity = max(severity, abs(speed))
-            if time == 0:  # what is touched now is, whatever the ego does
+            if time == 0 and deep < 0:  # who is near now may be touched yet; what is touched is, whatever the ego does
                 start, applied = state_at(states, 0, states[0]), (inputs[0, 0], inputs[0, 1])
                 later = impact(start, applied, 1.0, boxes, 0, slot, constants.dt)
                 time, speed = 1.0, -later if speed < 0 else later
