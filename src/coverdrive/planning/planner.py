@@ -303,8 +303,9 @@ class MpcPlanner:
         return found, targets, Status.SOLVED if found.optimised else Status.FALLBACK
 
     def _pulled_out(self, call: Call, targets: TargetLanes) -> TargetLanes:
-        """The best of the target lanes alone, if it is not the own one: going straight on until the end of the plan would
-        always be better than turning out.
+        """The best of the target lanes alone, if it is not the own one.
+
+        Until the end of a plan it would always be better to go straight on than to turn out.
         """
         best = int(np.argmin(self._extra(call.wish, targets, targets.lanes[0])))
         return targets if best == 0 else targets._replace(lanes=[targets.lanes[best]], lat=targets.lat[[best]])
