@@ -9,6 +9,8 @@ import coverdrive.planning.problem.road_table as road_table
 from coverdrive.geometry import boxes_overlap, turned_half_extents
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.problem.road_table import table_of
+from coverdrive.planning.problem.settings import ProblemSettings
+from coverdrive.planning.problem.vehicle import SLOW, slow
 from coverdrive.planning.surroundings import surroundings_of
 from coverdrive.road import Road
 
@@ -52,7 +54,10 @@ def beyond(states: np.ndarray, road: Road) -> np.ndarray:
     return np.maximum(lat - edges[..., -1], edges[..., 0] - lat).max((-1, -2), initial=-np.inf)
 
 
-def clear_and_wrong(first: int, roads: int, scenes: int = 5, plans: int = 6) -> np.ndarray:
+def clear_and_wrong(
+    first: int, roads: int, scenes: int = 5, plans: int = 6, problem: ProblemSettings = PROBLEM, fastest: float = 30.0,
+    turned: float = 0.04,
+) -> np.ndarray:  # fmt: skip
     """Of plans in random scenes on random roads: how many are clear, of these how many touch, and how many leave."""
     found = np.zeros(3, int)
     for seed in range(first, first + roads):
@@ -60,13 +65,13 @@ def clear_and_wrong(first: int, roads: int, scenes: int = 5, plans: int = 6) -> 
         road = bent_road(rng, rng.choice([1 / 150, 1 / 300, 1 / 1000]))
         if rng.random() < 0.5:  # wide: contacts are in the way, not the edges
             road = Road(np.array([-15.0, 3.6, 7.2, 25.0]), road.length, road.line)
-        table = table_of(road, PROBLEM)
+        table = table_of(road, problem)
         constants = CONSTANTS._replace(vehicle=table.vehicle)
         for _ in range(scenes):
             lat = rng.uniform(1.2, 9.6)
-            state = np.array([rng.uniform(150, 400), lat, rng.uniform(0, 30), rng.normal(0, 0.04)])
+            state = np.array([rng.uniform(150, 400), lat, rng.uniform(0, fastest), rng.normal(0, turned)])
             paths, true, sizes = others(rng, state, 2)
-            around = surroundings_of(state, np.zeros(2), paths, table, PROBLEM)
+            around = surroundings_of(state, np.zeros(2), paths, table, problem)
             wished = wishes(rng, plans) * [1.0, rng.choice([0.05, 0.2, 1.0])]
             got = evaluated(wished, around, constants=constants)
             found += wrong(state, fail_safe(got)[got.clear], in_map(true, road), sizes, road)
@@ -89,6 +94,13 @@ def test_what_is_called_clear_touches_nothing_and_keeps_to_the_road() -> None:
     clear, touching, leaving = clear_and_wrong(0, 40)
     assert touching == leaving == 0
     assert 100 < clear < 1000
+
+
+def test_what_is_called_clear_at_walking_pace_touches_nothing_and_keeps_to_the_road() -> None:
+    slowly = PROBLEM.model_copy(update={"vehicle": slow(PROBLEM.vehicle)})
+    clear, touching, leaving = clear_and_wrong(0, 60, problem=slowly, fastest=SLOW, turned=0.3)
+    assert touching == leaving == 0
+    assert clear > 50
 
 
 @pytest.mark.slow
