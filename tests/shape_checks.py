@@ -8,9 +8,9 @@ value, among the sizes of whoever asks for it) and those that name a type which 
 
 import inspect
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import is_dataclass
-from functools import wraps
+from functools import cache, wraps
 from typing import Any, get_type_hints
 
 import jaxtyping
@@ -19,7 +19,7 @@ from beartype import BeartypeConf, beartype
 
 _TYPES = beartype(conf=BeartypeConf(is_pep484_tower=True, violation_type=TypeError))
 """an int is good for a float; what does not fit raises what a wrong argument raises elsewhere in Python"""
-_SIZES = jaxtyping.jaxtyped("context")
+_jaxtyped: Any = jaxtyping.jaxtyped
 
 _left_out = False
 """whether calls are not checked now"""
@@ -40,6 +40,12 @@ def check_all_calls(package: str) -> None:
     """Check every call of a package that is not imported yet."""
     jaxtyping.install_import_hook(package, None)
     jaxtyping.jaxtyped = lambda **_: _checked
+
+
+@cache
+def _sizes() -> AbstractContextManager[None]:
+    """Among which those of a call agree. It imports JAX, which a process that only hands out tests does not need."""
+    return _jaxtyped("context")
 
 
 def _checked(function: Any) -> Any:
@@ -75,7 +81,7 @@ def _with_sizes(function: Callable[..., Any]) -> Callable[..., Any]:
         if results is None:
             if checked is None:
                 checked = _TYPES(function) if _has_known_types(function) else function
-            with _SIZES:
+            with _sizes():
                 result = checked(*args, **kwargs)
             good.setdefault(given, set()).add(_kinds((result,)))
             return result
@@ -85,7 +91,7 @@ def _with_sizes(function: Callable[..., Any]) -> Callable[..., Any]:
                 again = wraps(function)(lambda *_, **__: found.pop())
                 checked_result = _TYPES(again) if checked is not function else again
             found.append(result)
-            with _SIZES:
+            with _sizes():
                 checked_result(*args, **kwargs)
             results.add(kind)
         return result

@@ -1,6 +1,7 @@
 """Random paths whose probability to reach a level is known."""
 
 import copy
+from functools import cache
 
 import numpy as np
 from scipy.stats import norm
@@ -33,6 +34,7 @@ class Walk:
         return other
 
     @staticmethod
+    @cache
     def probability(
         barrier: float, steps: int = 10, slope: float = 0.0, points: int = 1001, steepest: float = np.inf
     ) -> float:
@@ -47,11 +49,16 @@ def _reached(barrier: float, steps: int, slope: float, points: int) -> float:
     place, deviation = np.linspace(-8, barrier, points), 1 / np.sqrt(steps)
     width = np.full(points, place[1] - place[0])
     width[[0, -1]] /= 2
-    density = norm.pdf(place, slope / steps, deviation)
-    step = norm.pdf(place, place[:, None] + slope / steps, deviation)
+    density = _normal(place - slope / steps, deviation)
+    step = _normal(place - place[:, None] - slope / steps, deviation)
     for _ in range(steps - 1):
         density = (density * width) @ step
     return 1 - float(density @ width)
+
+
+def _normal(away: np.ndarray, deviation: float) -> np.ndarray:
+    """The density of a normal number of that deviation at places away from its mean."""
+    return np.exp(-0.5 * (away / deviation) ** 2) / (deviation * np.sqrt(2 * np.pi))
 
 
 class Still:

@@ -13,12 +13,18 @@ from coverdrive.errors import SettingError, StartError
 
 STEEP = partial(Walk, slope=0.5)
 CASES = {
-    "walk 1e-2": (Walk, 2.35, Walk.probability(2.35)),
-    "still 1e-2": (Still, 2.326, norm.sf(2.326)),
-    "walk 1e-6": (Walk, 4.7, Walk.probability(4.7)),
-    "still 1e-6": (Still, 4.753, norm.sf(4.753)),
-    "slope 1e-5": (STEEP, 4.7, Walk.probability(4.7, slope=0.5, points=401)),
+    "walk 1e-2": (Walk, 2.35, Walk.probability),
+    "still 1e-2": (Still, 2.326, norm.sf),
+    "walk 1e-6": (Walk, 4.7, Walk.probability),
+    "still 1e-6": (Still, 4.753, norm.sf),
+    "slope 1e-5": (STEEP, 4.7, partial(Walk.probability, slope=0.5, points=401)),
 }
+
+
+def case(name: str):
+    """Where it starts, the level, and the probability to reach it."""
+    start, barrier, probability = CASES[name]
+    return start, barrier, probability(barrier)
 
 
 def estimates(start, barrier: float, repetitions: int, particles: int, **options) -> np.ndarray:
@@ -41,7 +47,7 @@ def test_truths_agree_with_many_walks():
 
 @pytest.mark.parametrize("name", ["walk 1e-2", "still 1e-2"])
 def test_it_finds_the_probability(name: str):
-    start, barrier, truth = CASES[name]
+    start, barrier, truth = case(name)
     found = estimates(start, barrier, 8, 40)
     assert apart(found, truth) < 3
     assert found.std() < truth
@@ -56,30 +62,31 @@ def test_it_is_right_where_a_later_moment_draws_a_number_of_times_that_varies():
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in CASES if not name.endswith("1e-2")])
 def test_it_is_right_down_to_a_millionth(name: str):
-    start, barrier, truth = CASES[name]
+    start, barrier, truth = case(name)
     found = estimates(start, barrier, 10, 200)
     assert apart(found, truth) < 3
     assert found.std(ddof=1) / np.sqrt(len(found)) < 0.35 * truth
 
 
 @pytest.mark.parametrize(
-    ("start", "truth", "of_all"),
+    ("start", "probability", "of_all"),
     [
-        (partial(Still, most=0.0), Still.probability(2.0, most=0.0), norm.sf(2.0)),
+        (partial(Still, most=0.0), partial(Still.probability, most=0.0), norm.sf),
         (
             partial(Walk, slope=1.0, steepest=0.1),
-            Walk.probability(2.0, slope=1.0, points=401, steepest=0.1),
-            Walk.probability(2.0, slope=1.0, points=401),
+            partial(Walk.probability, slope=1.0, points=401, steepest=0.1),
+            partial(Walk.probability, slope=1.0, points=401),
         ),
     ],
     ids=["still", "walk"],
 )
-def test_of_paths_that_may_not_start_it_is_the_probability_of_those_that_can(start, truth: float, of_all: float):
+def test_of_paths_that_may_not_start_it_is_the_probability_of_those_that_can(start, probability, of_all):
     """About half of them can; who reaches the level is mostly among the others."""
+    truth = probability(2.0)
     found = estimates(start, 2.0, 8, 60)
     assert np.array_equal(found[:1], estimates(start, 2.0, 1, 60))
     assert apart(found, truth) < 3
-    assert min(apart(found, of_all), apart(found, 2 * truth)) > 3
+    assert min(apart(found, of_all(2.0)), apart(found, 2 * truth)) > 3
 
 
 def test_where_hardly_any_path_can_start_there_is_no_probability():
@@ -96,7 +103,7 @@ def test_where_hardly_any_path_can_start_there_is_no_probability():
 
 def test_changes_that_forget_the_level_are_wrong(monkeypatch: pytest.MonkeyPatch):
     """Copies that fell back count as if they were above the level, so that too few surpass the next one."""
-    start, barrier, truth = CASES["still 1e-2"]
+    start, barrier, truth = case("still 1e-2")
     right = splitting._Walk.changed
     monkeypatch.setattr(splitting._Walk, "changed", lambda self, path, level: right(self, path, level - 0.5))
     found = estimates(start, barrier, 8, 60)
@@ -105,7 +112,7 @@ def test_changes_that_forget_the_level_are_wrong(monkeypatch: pytest.MonkeyPatch
 
 def test_changes_of_what_does_not_matter_are_wrong(monkeypatch: pytest.MonkeyPatch):
     """Copies stay what they are: all that was drawn at the start is kept, and a rare start is never found."""
-    start, barrier, truth = CASES["still 1e-6"]
+    start, barrier, truth = case("still 1e-6")
     monkeypatch.setattr(splitting._Walk, "_tried", lambda self, path, level: None)
     found = estimates(start, barrier, 4, 60)
     assert found.max() < truth / 3
@@ -120,12 +127,12 @@ def test_what_is_certain_or_never_happens():
 
 def test_what_is_rarer_than_was_looked_for_is_bounded_from_above():
     """Where it ends, what is estimated is more probable than the target, and as probable as its last level."""
-    start, barrier, truth = CASES["walk 1e-6"]
+    start, barrier, truth = case("walk 1e-6")
     ends = [split(start, np.random.default_rng(each), barrier, 60, rarest=0.1) for each in range(12)]
     assert all(each.rarer and 0.1 / 3 < each.probability < 0.1 and not each.found for each in ends)
     levels = [Walk.probability(each.stages[-1].level) for each in ends]
     assert apart(np.array([each.probability for each in ends]) / levels, 1.0) < 3 and min(levels) > truth
-    often, barrier, truth = CASES["walk 1e-2"]
+    often, barrier, truth = case("walk 1e-2")
     assert not any(split(often, np.random.default_rng(each), barrier, 60, rarest=truth / 5).rarer for each in range(8))
 
 

@@ -5,9 +5,11 @@ carriageway, in its direction of travel. `placed` puts it onto a map whose x and
 """
 
 import json
+from collections.abc import Callable
+from functools import cache, cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -21,22 +23,31 @@ LENGTH, MEDIAN, WIDTH = 800.0, 6.0, 10.8
 EDGES = (0.0, 3.6, 7.2, 10.8)
 
 
-class Truth(NamedTuple):
-    """The same vehicles as the reader should find them."""
+class Truth:
+    """The same vehicles as the reader should find them, made when somebody first looks at them."""
 
-    tables: tuple[pl.DataFrame, ...]
-    """of each carriageway, eastbound first: as a recording's, and a column ``frame`` from 1"""
-    dt: float
+    def __init__(self, tables: Callable[[], tuple[pl.DataFrame, ...]] | tuple[pl.DataFrame, ...], dt: float):
+        self._tables, self.dt = tables, dt
+
+    @cached_property
+    def tables(self) -> tuple[pl.DataFrame, ...]:
+        """Of each carriageway, eastbound first: as a recording's, and a column ``frame`` from 1."""
+        return self._tables if isinstance(self._tables, tuple) else self._tables()
 
 
 def truth(dt: float, carriageways: int = 2, seconds: float = 12.0, seed: int = 3) -> Truth:
     """Generated traffic; vehicles are numbered from 0 through both carriageways."""
+    return Truth(lambda: _tables(dt, carriageways, seconds, seed), dt)
+
+
+@cache
+def _tables(dt: float, carriageways: int, seconds: float, seed: int) -> tuple[pl.DataFrame, ...]:
     settings = GeneratedSettings(scenes=carriageways, duration=seconds, dt=dt, vehicles=(18, 24))
     frame = (pl.col("time") / dt).round().cast(pl.Int64) + 1
     tables = [recording.table.with_columns(frame=frame) for recording in generate(settings, seed)]
     inside = pl.concat(tables).filter(pl.col("lon").is_between(0, LENGTH))
     numbered = inside.with_columns(vehicle=pl.col("vehicle").rank("dense").cast(pl.Int64) - 1)
-    return Truth(tuple(numbered.partition_by("group", maintain_order=True)), dt)
+    return tuple(numbered.partition_by("group", maintain_order=True))
 
 
 def bent(u: Any, v: Any, curvature: float) -> tuple[Any, Any]:

@@ -60,7 +60,7 @@ def each(write: Callable[[Path, Truth], Path], dt: float = 0.1, carriageways: in
         paths: Written = []
         for number, real in enumerate(recorded(dt)):
             (folder / f"site {number}").mkdir()
-            paths.append(write(folder / f"site {number}", real._replace(tables=real.tables[:carriageways])))
+            paths.append(write(folder / f"site {number}", Truth(real.tables[:carriageways], real.dt)))
         return paths
 
     return written

@@ -234,7 +234,7 @@ def test_too_few_rows_name_the_rate(tmp_path: Path):
     ],
 )
 def test_numbers_of_vehicles_are_exact_or_refused(number: pl.Expr, problem: str, tmp_path: Path):
-    table = placed(SLOW._replace(tables=SLOW.tables[:1])).select("x", "y", "time", "length", "width", vehicle=number)
+    table = placed(Truth(SLOW.tables[:1], SLOW.dt)).select("x", "y", "time", "length", "width", vehicle=number)
     tracks = MapTracks("mine", table, dt=0.1)
     if problem:
         with pytest.raises(RecordingError, match=problem):
