@@ -75,7 +75,7 @@ def test_constraints_follow_lateral_acceleration_and_power() -> None:
 def test_boxes_that_fill_up_ask_for_no_slack() -> None:
     constants = constants_of(TWO, PERIOD)
     around, inputs = scene(2)
-    fewer = around._replace(boxes=around.boxes[:, :, :5], likely=around.likely[:, :, :0])
+    fewer = around._replace(boxes=around.boxes[:, :, :5].copy(), likely=around.likely[:, :, :0].copy())
     filled = fewer._replace(boxes=padded(fewer.boxes), likely=padded(fewer.likely))
     assert (filled.boxes.shape[2], filled.likely.shape[2]) == (8, 4)
     assert padded(around.boxes).shape == around.boxes.shape

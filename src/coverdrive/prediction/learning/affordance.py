@@ -72,7 +72,9 @@ def described_at(
         cars[:, row] = values
     result = np.empty((len(moment), len(FEATURES) + len(MOTION)), dtype=np.float32)
     order = np.arange(len(moment)) if len(scene.lon) == 1 else np.argsort(moment, kind="stable")  # lanes: once a moment
-    _describe(cars, np.array(scene.valid), np.array(edges, dtype=np.float32), moment, slot, order, result)
+    edges = np.array(edges, dtype=np.float32, order="C")
+    moments, slots = np.ascontiguousarray(moment), np.ascontiguousarray(slot)  # one kind of arrays is compiled
+    _describe(cars, np.array(scene.valid), edges, moments, slots, order, result)
     heading = np.asarray(scene.heading)[moment, slot]
     result[:, -1] = cars[moment, _SPEED, slot] * np.sin(heading, dtype=np.float32)
     return result

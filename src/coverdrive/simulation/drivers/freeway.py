@@ -91,7 +91,8 @@ class Freeway:
 
     def __post_init__(self) -> None:
         """Start without lane changes."""
-        self.lon, self.speed, self.lane = np.array(self.lon), np.array(self.speed), np.array(self.lane)  # they change
+        own = (np.array(each, order="C") for each in (self.lon, self.speed, self.lane))  # they change
+        self.lon, self.speed, self.lane = own
         self.progress = np.zeros_like(self.lon)  # of the lane change, 0 to 1
         self.wait = np.zeros_like(self.lon)  # [s] until the driver thinks of a lane change again
         self.target = self.lane.copy()  # or the lane that is being entered
