@@ -78,11 +78,13 @@ def coverage(trials: int, low: float, high: float) -> tuple[float, float]:
     return covered / 1000, above / 1000
 
 
+@pytest.mark.slow
 def test_the_interval_of_a_miss_rate_covers_as_often_as_it_says():
     covered, _ = coverage(300, 0.2, 1.8)  # few have most of what is missed
     assert 0.92 < covered < 0.98
 
 
+@pytest.mark.slow
 def test_where_trials_are_few_and_differ_little_it_covers_more_often():
     covered, above = coverage(40, 2.0, 18.0)
     assert 0.92 < covered < 0.995 and 0.002 < above < 0.04
