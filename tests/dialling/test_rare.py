@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from simulation_fakes import ConstantPlanner, fakes, make_scene
+from simulation_fakes import REPLAYED, ConstantPlanner, fakes, make_scene
 
 from coverdrive.dialling import rare as rare_module
 from coverdrive.dialling.rare import CONTACT, Drive, Rare, again, danger, rare
 from coverdrive.dialling.splitting import Path as Found
 from coverdrive.dialling.splitting import _Walk
 from coverdrive.dialling.tape import Tape
-from coverdrive.errors import DataError, SettingError
+from coverdrive.errors import CertificateError, DataError, SettingError
 from coverdrive.league.beliefs import ConstantVelocity
 from coverdrive.locks import alone
 from coverdrive.planning.planner import MpcPlanner
@@ -193,3 +193,10 @@ def test_what_makes_no_sense_is_refused(tmp_path: Path):
     (tmp_path / "no.tape.npz").write_bytes(b"nothing")
     with pytest.raises(DataError, match=r"no\.tape\.npz is not the tape of a drive"):
         again(fakes(), tmp_path / "no.tape.npz")
+
+
+@pytest.mark.parametrize("traffic", ["replay", "reactive-replay"])
+def test_replays_have_no_probability(traffic: str, tmp_path: Path):
+    with pytest.raises(CertificateError, match=r"depend on each other.* --traffic drivers"):
+        rare(fakes(**REPLAYED | {"traffic": traffic}), tmp_path / "rare")
+    assert not (tmp_path / "rare").exists()

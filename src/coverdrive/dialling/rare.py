@@ -26,7 +26,7 @@ from coverdrive.certificates.methods import to_two_digits
 from coverdrive.dialling.splitting import Path as Found
 from coverdrive.dialling.splitting import split
 from coverdrive.dialling.tape import Tape
-from coverdrive.errors import DataError, SettingError, blaming, during
+from coverdrive.errors import CertificateError, DataError, SettingError, blaming, during
 from coverdrive.files import write_arrays, write_json
 from coverdrive.geometry import turned_half_extents
 from coverdrive.locks import alone
@@ -323,8 +323,14 @@ def rare(
     Raises:
         SettingError: a number makes no sense, hardly any drive can start, or the belief of the ego learns from drive
             to drive.
+        CertificateError: the drives are replays.
         DataError: the folder holds something else, or another process drives in it.
     """
+    if setup.replays:
+        raise CertificateError(
+            "replays of recorded scenes depend on each other, so that there is no probability of a collision to "
+            "estimate; choose another traffic, as in `coverdrive rare --traffic drivers`"
+        )
     if isinstance(setup.predictor, Learning):
         raise SettingError(
             "drives are copied midway and changed, which a belief that learns from one to the next does not allow; "

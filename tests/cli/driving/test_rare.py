@@ -20,3 +20,10 @@ def test_an_estimate_is_printed_and_kept(quick_fit: Path, tmp_path: Path) -> Non
     assert "greater than or equal to 2" in coverdrive("rare", quick_fit, "--repetitions", "1", status=2).replace(
         ">=", "greater than or equal to"
     )
+
+
+def test_nothing_is_driven_in_replays(quick_fit: Path, tmp_path: Path) -> None:
+    for traffic in ("replay", "reactive-replay"):
+        called = "rare", quick_fit, "--traffic", traffic, "--out", tmp_path / "rare"
+        assert "depend on each other" in coverdrive(*called, status=2)
+    assert not (tmp_path / "rare").exists()

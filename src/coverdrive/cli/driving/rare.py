@@ -50,6 +50,7 @@ def rare(
 
     Drives that come near a collision are copied, and what the traffic draws is changed a little, again and again
     (multilevel splitting). An estimate that was stopped goes on with the same command, and more repetitions join it.
+    Replays of recorded scenes, which depend on each other, are refused.
 
     For example:
 
