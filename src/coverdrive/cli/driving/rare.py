@@ -73,7 +73,8 @@ def rare(
     console.print(driven_on(setup))
     console.print(found.sentence)
     console.print(f"It took {found.drives:.0f} drives and {found.seconds:.0f} s of the processes together")
-    console.print(f"{len(found.collisions)} drives with a collision are in {folder / 'collisions'}")
+    kept = f"{len(found.collisions)}, in {folder / 'collisions'}" if found.collisions else "none was found"
+    console.print(f"Drives with a collision: {kept}")
     return {
         "folder": str(folder),
         "probability": found.probability,
