@@ -65,7 +65,7 @@ RARE = "rare"
 PAPER = "paper-fit"
 """folder of the paper's preset on the same recordings"""
 SWEEP = "sweep"
-"""folder of studies that vary settings"""
+"""folder of studies that vary settings, named like studies"""
 _DRIVEN = (STUDY, SWEEP, RARE, LEAGUE)
 """what drives with the sets of the folder"""
 _PARTS = ("planner", "traffic", "episode", "seed")

@@ -66,3 +66,18 @@ def test_a_study_that_went_on_proves_what_holds_at_any_time(tmp_path: Path) -> N
     for trials, limit in ((3, rate_limit(0.99, 0, 3)), (4, anytime_limit(0, 4, 0.99)), (4, anytime_limit(0, 4, 0.99))):
         told = study_and_print(Study(fakes(), tmp_path), results, StudySettings(trials=trials, workers=1))
         assert f"at most {at_most(limit)} of" in told["proved"]
+
+
+def test_sweeps_in_other_traffics_have_folders_of_their_own(quick_fit: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    driven = list[str]()
+
+    def run(study: Study, *_: object, **__: object) -> None:
+        driven.append(study.folder.relative_to(quick_fit).as_posix())
+        raise SettingError("nobody drives")
+
+    monkeypatch.setattr(Study, "run", run)
+    other = "--traffic", "aggressive", "--road", "curved"
+    for said in ((), ("--traffic", "set-sampling"), ("--traffic", "drivers"), other):
+        assert "nobody drives" in coverdrive("study", quick_fit, *said, "--set", "episode.duration=3", status=2)
+    folders = "sweep", "sweep", "sweep-drivers", "sweep-aggressive-curved"
+    assert driven == [f"{name}/episode.duration=3" for name in folders]

@@ -71,7 +71,7 @@ def study(
         options.Set,
         Parameter(
             help="Settings to vary, as in `--set planner.problem.obstacles.order=2,4`; every combination, be it one, "
-            "is a study of its own in sweep/, for `compare`."
+            "is a study of its own in sweep/, or sweep-drivers/ and the like, for `compare`."
         ),
     ] = None,
     workers: options.Workers = None,
@@ -156,14 +156,16 @@ def _sweep(
         if (other := first.setdefault(variant.model_dump_json(), name)) != name:
             raise SettingError(f"{other} and {name} are the same settings; leave one of them out")
     results.check_replay({each.traffic.kind for each in variants.values()}, recording, road)
-    studies = {name: results.study(each, recording, f"{SWEEP}/{name}") for name, each in variants.items()}
+    within = results.study_name(experiment.traffic.kind, road, SWEEP)
+    studies = {name: results.study(each, recording, f"{within}/{name}") for name, each in variants.items()}
     for name, study in studies.items():
         _run(study, variants[name].study, cluster, name)
         variants[name].save(study.folder / "config.toml")
     replayed = [name for name, study in studies.items() if study.setup.replays]
     console.print(sweep_table({name: study.trials for name, study in studies.items()}, replayed))
-    folder = results.folder / SWEEP
-    console.print(f"Every variant has its own folder in {folder}; two of them go to `coverdrive compare`")
+    console.print(
+        f"Every variant has its own folder in {results.folder / within}; two of them go to `coverdrive compare`"
+    )
     return {"sweep": {name: study.collisions.to_dicts() for name, study in studies.items()}}
 
 

@@ -98,7 +98,7 @@ class StudyFolder:
             changes = ", ".join(f"{key} {found.get(key)!r}, now {wanted.get(key)!r}" for key in different[:3])
             raise DataError(
                 f"{self.path} holds a study of another configuration ({len(different)} different: {changes}); "
-                "use another folder, or go back to that configuration"
+                "go back to that configuration, use another folder, or give this one another name"
             )
         self._studied = self.digest  # whatever becomes of the file from now on
         for temporary in (self.path / "trials").glob(".*.parquet"):  # of a killed study
