@@ -87,7 +87,10 @@ def support_vectors(calibration: Calibration, claim: Claim) -> tuple[Hyperplanes
 
 def _hidden(samples: ScoredSamples) -> Float[np.ndarray, "N H"]:
     if samples.hidden is None:
-        raise CertificateError("support vectors need the values of the last hidden layer with the scores; give them")
+        raise CertificateError(
+            "support vectors need the values of the last hidden layer with the scores: box sets have none, those of "
+            "base trajectories do (prediction.sets = 'bases'); fit these, or take another method"
+        )
     return samples.hidden.astype(float)
 
 
