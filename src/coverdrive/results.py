@@ -249,7 +249,9 @@ class Results:
         """All methods of calibration side by side; none if they were not compared on this predictor yet."""
         if METHODS not in self._sealed:
             return []
-        return self._sealed.read(METHODS, lambda content: _METHODS.validate_json(content)["methods"])
+        return self._sealed.read(
+            METHODS, lambda content: _METHODS.validate_json(content)["methods"], "coverdrive calibrations"
+        )
 
     # studies
 
@@ -380,7 +382,7 @@ class Results:
         """What drives were proved to risk with the sets of this predictor, if anything was."""
         if DIALLED not in self._sealed:
             return None
-        return self._sealed.read(DIALLED, lambda content: Dialled.of(_OBJECT.validate_json(content)))
+        return self._sealed.read(DIALLED, lambda content: Dialled.of(_OBJECT.validate_json(content)), "coverdrive dial")
 
     def dial(
         self,

@@ -20,7 +20,7 @@ from coverdrive.files import write_json
 
 MANIFEST = "manifest.json"
 
-_FORMAT, _NEXT = 6, "next-"
+_FORMAT, _NEXT, _FIT = 6, "next-", "coverdrive fit"
 _OBJECT, _FILES = TypeAdapter(dict[str, Any]), TypeAdapter(dict[str, str])
 
 T = TypeVar("T")
@@ -69,8 +69,8 @@ class SealedFolder:
     def _write(self, files: Mapping[str, str]) -> None:
         write_json(self.folder / MANIFEST, {"format": _FORMAT, "coverdrive": __version__, "files": files})
 
-    def file(self, name: str) -> Path:
-        """A file that is as it was sealed, renamed if it has still to be, or a `DataError`."""
+    def file(self, name: str, command: str = _FIT) -> Path:
+        """A file that is as it was sealed, renamed if it has still to be, or a `DataError`; a command makes it."""
         file, written, new = self.folder / name, self._digests.get(name), self._next(name)
         try:
             if new.exists() and _digest(new) == written:  # killed before it was renamed
@@ -82,17 +82,17 @@ class SealedFolder:
         try:
             found = _digest(file)
         except OSError as error:
-            raise DataError(f"{file} cannot be read ({error.strerror}); make it with `coverdrive fit`") from error
+            raise DataError(f"{file} cannot be read ({error.strerror}); make it with `{command}`") from error
         if found != written:
             raise DataError(
                 f"{file} is not as it was written: it was damaged, edited, or belongs to another fit; "
-                "put the right one back, or make all anew with `coverdrive fit`"
+                f"put the right one back, or make {'all' if command == _FIT else 'it'} anew with `{command}`"
             )
         return file
 
-    def read(self, name: str, parse: Callable[[bytes], T]) -> T:
-        """The content of a file that is as it was sealed, or a `DataError`."""
-        return read_made(self.file(name), parse)
+    def read(self, name: str, parse: Callable[[bytes], T], command: str = _FIT) -> T:
+        """The content of a file that is as it was sealed, or a `DataError`; a command makes it."""
+        return read_made(self.file(name, command), parse, command)
 
     @property
     def _digests(self) -> dict[str, str]:
@@ -108,7 +108,7 @@ class SealedFolder:
         return read_made(file, lambda _: _FILES.validate_python(found.get("files")))
 
 
-def read_made(file: Path, parse: Callable[[bytes], T], command: str = "coverdrive fit") -> T:
+def read_made(file: Path, parse: Callable[[bytes], T], command: str = _FIT) -> T:
     """The content of a file that a command makes, as what it was written from, or a `DataError`."""
     try:
         return parse(file.read_bytes())

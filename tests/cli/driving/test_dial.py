@@ -86,8 +86,20 @@ def test_dialled_sets_that_were_edited_are_refused(dialled: tuple[Path, dict], t
     folder = shutil.copytree(dialled[0], tmp_path / "edited")
     file = folder / "dialled.json"
     file.write_text(file.read_text(encoding="utf-8").replace('"reached": true', '"reached": false'), encoding="utf-8")
-    with pytest.raises(DataError, match=r"dialled\.json is not as it was written"):
+    with pytest.raises(
+        DataError, match=r"dialled\.json is not as it was written.* make it anew with `coverdrive dial`"
+    ):
         _ = Results(folder).dialled
+
+
+def test_dialled_sets_that_are_missing_are_dialled_again(dialled: tuple[Path, dict], tmp_path: Path) -> None:
+    folder = shutil.copytree(dialled[0], tmp_path / "missing")
+    (folder / "dialled.json").unlink()
+    with pytest.raises(DataError, match=r"dialled\.json cannot be read .*; make it with `coverdrive dial`"):
+        _ = Results(folder).dialled
+    coverdrive("dial", folder, *ASKED, "--scales", "0.5", "0.8", "--seed", "5")
+    found = Results(folder).dialled
+    assert found is not None and found.scale == dialled[1]["scale"]
 
 
 def test_a_planner_of_other_settings_is_dialled(ran: Path, tmp_path: Path) -> None:
