@@ -1,6 +1,7 @@
 """A results folder is read back as it was written, or refused by the name of the file that is not."""
 
 import json
+import re
 import shutil
 from contextlib import nullcontext
 from dataclasses import replace
@@ -263,6 +264,12 @@ def test_the_only_study_is_found_without_its_name(results: Results) -> None:
     results.study(usual.updated({"traffic": {"kind": "drivers"}})).run(1)
     assert results.driven_study().folder.name == "study-drivers"
     results.study(usual.updated({"traffic": {"kind": "mixed"}})).run(1)
+    (results.folder / "study-drivers@0.5").mkdir()
+    (results.folder / "study-drivers@0.5" / "study.json").touch()
+    assert not results.driven_study().files.exists  # which of them?
+    named = r"there is no study in .*study, but in study-drivers, study-mixed beside it: name one by --traffic"
+    for called in (["animate"], ["report", "--trial", "0"], ["figures", "--trial", "0"]):
+        assert re.search(named, coverdrive(called[0], results.folder, *called[1:], status=2))
     results.study(usual).run(1)
     assert results.driven_study().folder.name == "study"
 

@@ -11,32 +11,30 @@ from pathlib import Path
 
 from coverdrive.errors import DataError
 from coverdrive.simulation.roads.places import PLACES
-from coverdrive.simulation.studies.folder import StudyFolder
+from coverdrive.simulation.studies.folder import ASIDE, StudyFolder
 from coverdrive.simulation.traffic.registry import NAMES
 
-_ASIDE = "@"
-"""between the name of what drove and the scale of the sets with which it did, where the folder has others now"""
 _DRAWN = (".png", ".pdf", ".mp4", ".gif")
 """endings of figures and videos"""
 
 
 def current(folder: Path, kind: str) -> list[Path]:
     """The folders in a results folder whose names begin so, and that are not set aside."""
-    return [each for each in sorted(folder.glob(f"{kind}*")) if each.is_dir() and _ASIDE not in each.name]
+    return [each for each in sorted(folder.glob(f"{kind}*")) if each.is_dir() and ASIDE not in each.name]
 
 
 def set_aside(folder: Path, scale: str, *kinds: str) -> None:
     """Rename what drove, by the scale of its sets, with a number where others have that name."""
     for each in [each for kind in kinds for each in current(folder, kind)]:
-        named = each.with_name(f"{each.name}{_ASIDE}{scale}")
+        named = each.with_name(f"{each.name}{ASIDE}{scale}")
         numbered = (each.with_name(f"{named.name}-{number}") for number in count(2))
         each.replace(next(free for free in chain([named], numbered) if not free.exists()))
 
 
 def bring_back(folder: Path, fingerprint: str, scale: float) -> None:
     """Give what drove with the sets of a predictor its name again, where that is free."""
-    for each in folder.glob(f"*{_ASIDE}{scale:.3g}"):
-        named = each.with_name(each.name.partition(_ASIDE)[0])
+    for each in folder.glob(f"*{ASIDE}{scale:.3g}"):
+        named = each.with_name(each.name.partition(ASIDE)[0])
         with suppress(DataError):  # of another version
             if StudyFolder(each).description().get("predictor") == fingerprint and not named.exists():
                 each.replace(named)

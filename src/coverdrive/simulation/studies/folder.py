@@ -24,6 +24,8 @@ from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.measures.trial import SCHEMA, Row
 from coverdrive.simulation.studies.setup import Setup
 
+ASIDE = "@"
+"""between the name of what drove and the scale of the sets with which it did, where the results have others now"""
 _FORMAT = 4
 _STUDY = "study"
 """key of the hash of the description in the metadata of a table"""
@@ -147,7 +149,12 @@ class StudyFolder:
     def table(self) -> pl.DataFrame:
         """One row for each trial, also for those that could not start; a DataError if they are not there."""
         if not self.exists:
-            raise DataError(f"there is no study in {self.path}; drive one with `coverdrive study`")
+            beside = {
+                each.parent.name for each in self.path.parent.glob(f"{self.path.name}-*/{self._description.name}")
+            }
+            others = ", ".join(sorted(each for each in beside if ASIDE not in each))
+            named = f", but in {others} beside it: name one by --traffic or --road" if others else ""
+            raise DataError(f"there is no study in {self.path}{named}; drive one with `coverdrive study`")
         if not self.finished:
             raise DataError(
                 f"the study in {self.path} is not finished: {self._table.name} is missing; the command that began it "
