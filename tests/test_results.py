@@ -310,3 +310,4 @@ def test_a_replay_of_nothing_but_what_trained_says_so(results: Results) -> None:
     replayed = results.study(experiment.updated({"traffic": {"kind": "replay"}}), [results.folder / "used.parquet"])
     with pytest.raises(DataError, match=f"nothing of the {len(used)} recordings is left to replay"):
         replayed.run(1)
+    assert not replayed.folder.exists()

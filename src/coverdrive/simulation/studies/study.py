@@ -39,11 +39,15 @@ class Study:
         return StudyFolder(self.folder)
 
     @cached_property
+    def _read(self) -> Setup:
+        """The setup with everything read that it needs."""
+        return self.setup.loaded()
+
+    @cached_property
     def _loaded(self) -> Setup:
-        """The setup with everything read that it needs; the folder is its own, or refuses it."""
-        setup = self.setup.loaded()
-        self.files.claim(setup.description())
-        return setup
+        """The same; the folder is its own, or refuses it."""
+        self.files.claim(self._read.description())
+        return self._read
 
     @property
     def trials(self) -> pl.DataFrame:
@@ -106,6 +110,7 @@ class Study:
         if until_width is not None and not 0 < finite("until_width", until_width) < 1:
             raise SettingError(f"until_width: expected a number between 0 and 1, got {until_width!r}")
         check_early_end(until_width, self.setup.replays)
+        _ = self._read  # where it is refused, there is no folder
         with alone(self.folder):
             setup = self._loaded
             self.files.go_on(trials, early=until_width is not None)
