@@ -1,6 +1,7 @@
 """The command as a user calls it."""
 
 import io
+import json
 import os
 import subprocess
 import sys
@@ -14,13 +15,16 @@ import pytest
 from coverdrive import cli
 from coverdrive.cli.shared.bars import console as progress_console
 from coverdrive.cli.shared.options import console
+from documented_keys import documented_keys
 
 WIDTH = 200
 """[characters] of the terminal"""
 
 
 def coverdrive(*arguments: str | Path, status: int = 0, only: Literal["stdout", "stderr"] | None = None) -> str:
-    """Call the command in this process and return what it printed; an error in the program is raised."""
+    """Call the command in this process and return what it printed, JSON with the keys that are documented; an error in
+    the program is raised.
+    """
     printed, complained = io.StringIO(), io.StringIO()
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(printed), redirect_stderr(complained):
         patch.setattr(sys, "argv", ["coverdrive", *map(str, arguments)])
@@ -28,6 +32,9 @@ def coverdrive(*arguments: str | Path, status: int = 0, only: Literal["stdout", 
         for each in (console, progress_console):
             patch.setattr(each, "_width", WIDTH)
         ended = status_of_main()
+    if ended == 0 and "--json" in arguments:
+        command = next(str(each) for each in arguments if not str(each).startswith("-"))
+        assert set(json.loads(printed.getvalue())) in documented_keys()[command]
     return checked(ended, status, printed.getvalue(), complained.getvalue(), only)
 
 

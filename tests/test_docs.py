@@ -20,6 +20,7 @@ from coverdrive.prediction.data.segments import cut_segments
 from coverdrive.prediction.fit import fit
 from coverdrive.results import Results
 from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
+from documented_keys import documented_keys
 
 ROOT = Path(__file__).parents[1]
 COMMAND = re.compile(r"^(?:.*&& )?(?:\S*/)?coverdrive (.+?)(?:\s{2,}.*|\s+#.*)?$", re.MULTILINE)
@@ -101,6 +102,11 @@ def test_commands_exist_with_their_options() -> None:
     assert len(commands) > 25
     for command in commands:
         app.parse_args(shlex.split(command), exit_on_error=False, print_error=False)
+
+
+def test_the_keys_of_every_command_are_documented() -> None:
+    """Which are those that it prints, wherever a test calls it with ``--json`` (`command.coverdrive`)."""
+    assert list(documented_keys()) == [name for name in app if not name.startswith("-")]
 
 
 def test_pages_with_examples_are_found() -> None:
