@@ -22,6 +22,7 @@ CONSTANTS = {
     "1 m/s": "dialling.rare: along",
     "0.5 m/s": "benchmarks/random_emergencies.py: WORSE",
     "3 m/s": "recordings.smoothing.SLOW",
+    "2 m/s": "planning.problem.vehicle: walking pace",
     "5 m/s": "recordings.checks; planning: of any contact",
     "33.3 m/s": "league.others: the limit in SUMO",
     "22.4 m/s": "simulation.road_settings.CURVED",
