@@ -20,6 +20,12 @@ ASIDE = -20 * ((AT - 90) / 110) ** 2
 """[m] to the left of the road that goes on, the branch leaves it"""
 
 
+SIGN = (
+    '<trafficSign id="900"><trafficSignElement><trafficSignID>R2-1</trafficSignID>'
+    "<additionalValue>9</additionalValue></trafficSignElement></trafficSign>"
+)
+"""of 9 m/s"""
+
 NOBODY = driving(100, -500.0, -1.75, 0.0, 20)
 
 
@@ -59,14 +65,18 @@ def test_the_route_follows_the_goal(tmp_path: Path, aside: bool) -> None:
 
 
 def test_the_limit_is_that_of_the_route(tmp_path: Path) -> None:
-    sign = (
-        '<trafficSign id="900"><trafficSignElement><trafficSignID>R2-1</trafficSignID>'
-        "<additionalValue>9</additionalValue></trafficSignElement></trafficSign>"
-    )
-    lanelets = split(limits='<trafficSignRef ref="900"/>') + sign
+    lanelets = split(limits='<trafficSignRef ref="900"/>') + SIGN
     assert read(tmp_path, lanelets, goal(box(160.0, -1.75))).road.speed_limit is None
     left = float(np.interp(160.0, AT, ASIDE)) - 1.75
     assert read(tmp_path, lanelets, goal(box(160.0, left))).road.speed_limit == pytest.approx(9.0)
+
+
+@pytest.mark.parametrize("stated", ["-3", "0", "NaN", "900"])
+def test_a_limit_that_is_none_is_said(stated: str, tmp_path: Path) -> None:
+    fork = '<successor ref="11"/><successor ref="12"/>'
+    lanelets = split().replace(fork, f'{fork}<trafficSignRef ref="900"/>') + SIGN.replace(">9<", f">{stated}<")
+    (found,) = read_problems(written(tmp_path, lanelets, goal(box(160.0, -1.75))))
+    assert re.search(rf"problem 7: the speed limit is {stated.lower()} m/s; expected more than 0", str(found))
 
 
 def test_the_branch_is_driven(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from coverdrive.driving.perception import Told
 from coverdrive.driving.route import drawn_near, farthest, route, within_reach
 from coverdrive.driving.tidy import in_order, refuse_unknown, with_narrow_headings
 from coverdrive.errors import DataError, RecordingError
-from coverdrive.recordings.checks import check_vehicles
+from coverdrive.recordings.checks import check_vehicles, wrong_speed_limit
 from coverdrive.recordings.files.boundary import naming
 from coverdrive.recordings.files.scenario import check_problem, has_sets, open_scenario
 from coverdrive.recordings.formats.commonroad import speed_limit
@@ -308,6 +308,8 @@ def _road_of(network: Any, problem: Any, dt: float) -> Road:
     way = route(network.lanelets, start.position, heading, areas)
     through = (way.lanelets, way.goals) if way else ()
     limit = speed_limit(network, through[0] if through else ())
+    for wrong in wrong_speed_limit(limit):
+        raise DataError(wrong)
     draws = [drawn_near(start.position, float(start.velocity), time, touching) for touching in (2 * _NO_GAP, TOUCHING)]
 
     def look_at(roads: Iterator[Road], enough: float) -> None:

@@ -259,6 +259,13 @@ def wrong_usual_sizes(length: Float[np.ndarray, " R"], width: Float[np.ndarray, 
             yield name, f"{found}: check the unit, {other} are {0.3048 if usual < least else 3.28:g} times as long"
 
 
+def wrong_speed_limit(limit: float | None) -> Iterator[str]:
+    """That no road has such a limit [m/s]."""
+    if limit is not None and not 0 < limit <= FASTEST:
+        hint = "divide km/h by 3.6" if limit > 0 else "leave it out if there is none"
+        yield f"the speed limit is {limit:g} m/s; expected more than 0 and up to {FASTEST:g} m/s: {hint}"
+
+
 def _road(rows: Rows) -> Iterator[str]:
     yield from wrong_time_step("the time step", rows.dt)
     edges = np.asarray(rows.road.edges, dtype=np.float64)
@@ -270,10 +277,7 @@ def _road(rows: Rows) -> Iterator[str]:
         yield from _width(f"lane {lane}", width)
     if rows.road.changing is not None:
         yield from _changing(rows.road.changing, len(edges))
-    limit = rows.road.speed_limit
-    if limit is not None and not 0 < limit <= FASTEST:
-        hint = "divide km/h by 3.6" if limit > 0 else "leave it out if there is none"
-        yield f"the speed limit is {limit:g} m/s; expected more than 0 and up to {FASTEST:g} m/s: {hint}"
+    yield from wrong_speed_limit(rows.road.speed_limit)
     if not 0 < float(rows.road.length) <= LONGEST_ROAD:
         yield f"the road is {float(rows.road.length):g} m long; expected more than 0 and up to {LONGEST_ROAD:g} m"
 
