@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from importlib.util import find_spec
 from itertools import count
+from os.path import realpath
 from pathlib import Path
 from typing import Any
 
@@ -58,7 +59,7 @@ class _Scenarios:
     def made_from(self, trial: int) -> str:
         """A hash of all that the drives of a scenario depend on; empty if it cannot be read."""
         file, belief = self.files[trial], self.predictors[trial]
-        about = f"{self.description()} {file.resolve()} {identity(belief)}\n"
+        about = f"{self.description()} {_path_of(file)} {identity(belief)}\n"
         with suppress(OSError):
             content = about.encode(errors="surrogateescape") + file.read_bytes()
             return hashlib.blake2b(content, digest_size=8).hexdigest()
@@ -175,7 +176,7 @@ def _write_solution(benchmark: str, text: str, folder: Path, taken: Collection[s
 
 def _path_of(file: Path) -> str:
     """From the root of the disk; bytes that are no UTF-8 become question marks."""
-    return str(file.resolve()).encode("utf-8", "replace").decode()
+    return realpath(file).encode("utf-8", "replace").decode()
 
 
 def _is_in(folder: Path, name: str | None) -> bool:

@@ -2,13 +2,14 @@
 
 from pathlib import Path
 
+import polars as pl
 import pytest
 from driving_fakes import PREDICTOR
 from problem_fakes import between, goal, written
 
 from command import coverdrive
 from coverdrive.config import Experiment
-from coverdrive.driving import batch
+from coverdrive.driving import batch, solved
 from coverdrive.planning.planner import PlannerSettings
 from coverdrive.prediction.fits import left_out
 from coverdrive.results import Results
@@ -56,6 +57,26 @@ def test_each_scenario_is_solved_once_whatever_it_is_called(tmp_path: Path, monk
     named = file, folder, tmp_path / "all" / ".." / "all" / "a.xml", tmp_path / "link.xml"
     coverdrive("solve", *named, "--predictor", tmp_path, "--out", tmp_path / "out")
     assert asked == [["a.xml", "B.XML"]]
+
+
+def test_what_is_no_scenario_in_a_folder_ends_nothing_unless_it_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(left_out, "fit_without", lambda *_: PREDICTOR)
+    monkeypatch.setattr(Experiment, "recordings", lambda *_: ())
+    monkeypatch.setattr(solved, "refusal", lambda _: None)
+    folder = tmp_path / "all"
+    (folder / "folder.xml").mkdir(parents=True)
+    for name, to in (("lost.xml", "nowhere.xml"), ("loop.xml", "loop.xml")):
+        (folder / name).symlink_to(folder / to)
+    written(folder, goal(between("velocity", 0.0, 60.0), first=3, last=4), name="there")
+    fitted = "--recording", folder / "there.xml", "--leave-one-out"
+    coverdrive("solve", folder, *fitted, "--out", tmp_path / "out", status=3)
+    table = pl.read_csv(tmp_path / "out" / "solved.csv")
+    assert dict(table.select("scenario", "solved").iter_rows()) == {"loop": False, "lost": False, "there": True}
+    assert table["reason"].str.starts_with("not read:").sum() == 2
+    for name in ("lost.xml", "loop.xml"):
+        assert "there is no such scenario" in coverdrive("solve", folder / name, status=2)
 
 
 def test_scenarios_are_not_solved_by_what_learned_from_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -69,12 +69,12 @@ def solve(
     """
     with waiting():
         from coverdrive.recordings.files.scenario import scenarios_in
+    for path in scenario:
+        if not path.is_file() and not path.is_dir():
+            raise DataError(f"{path}: there is no such scenario; check the path")
     files = scenarios_in(scenario)
     if not files:
         raise DataError("there is nothing to solve; name a scenario or a folder, as in `coverdrive solve scenarios/`")
-    for file in files:
-        if not file.is_file():
-            raise DataError(f"{file}: there is no such scenario; check the path")
     if predictor is not None and (recording or leave_one_out):
         raise SettingError("--predictor names one that is fitted; leave out --recording and --leave-one-out")
     if leave_one_out and not recording:

@@ -5,6 +5,7 @@ import re
 import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from os.path import realpath
 from pathlib import Path
 from traceback import walk_tb
 from typing import Any
@@ -45,13 +46,19 @@ STATED = "orientation", "position", "time", "velocity"
 
 
 def scenarios_in(paths: Iterable[Path]) -> list[Path]:
-    """Files, and those in folders that are scenarios by their suffix; each once, by the first of its names."""
-    named = dict[Path, Path]()
+    """Files, and those in folders that are scenarios by their suffix; each once, by the first of its names.
+
+    Links in folders that lead nowhere are among them.
+    """
+    named = dict[str, Path]()
     for path in paths:
-        found = sorted(each for each in path.iterdir() if each.suffix.lower() == ".xml") if path.is_dir() else [path]
-        for file in found:
-            named.setdefault(file.resolve(), file)
+        for file in sorted(filter(_may_be_scenario, path.iterdir())) if path.is_dir() else [path]:
+            named.setdefault(realpath(file), file)
     return list(named.values())
+
+
+def _may_be_scenario(file: Path) -> bool:
+    return file.suffix.lower() == ".xml" and (file.is_file() or not file.exists())
 
 
 def open_scenario(file: Path) -> tuple[Any, Any]:
