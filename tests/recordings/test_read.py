@@ -101,10 +101,14 @@ def test_progress_rises_to_one(make_ngsim, write_csv):
         ("missing.csv", "no such file or folder"),
         ("empty", "the folder holds no recording"),
         ("a.md", "unknown kind of file '.md'"),
+        ("protobuf", r"protobuf: the folder holds no recording.*protobuf \(.pb\) are not read; write them as XML"),
+        ("protobuf/a.pb", r"a.pb: CommonRoad scenarios in protobuf \(.pb\) are not read; write them as XML"),
     ],
 )
 def test_paths_to_nothing_are_refused(tmp_path: Path, name: str, problem: str):
-    (tmp_path / "empty").mkdir()
+    for folder in ("empty", "protobuf"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "protobuf" / "a.pb").write_bytes(b"\n\x0e\n\x052020a")
     (tmp_path / "a.md").write_text("{}")
     with pytest.raises(RecordingError, match=problem):
         read([tmp_path / name])

@@ -20,6 +20,7 @@ from coverdrive.garbage import not_looking_for_garbage
 from coverdrive.linked import linked
 from coverdrive.progress import part
 from coverdrive.recordings.files.boundary import naming
+from coverdrive.recordings.files.scenario import PROTOBUF, is_protobuf
 from coverdrive.recordings.formats import registry as registry
 from coverdrive.recordings.formats.reader import (
     CHOICES,
@@ -144,7 +145,8 @@ def _files(path: Path) -> list[Path]:
     except (OSError, ValueError) as error:
         raise RecordingError(path, f"it cannot be looked into ({error}); check the path and its permissions") from error
     if not files:
-        raise RecordingError(path, f"the folder holds no recording; expected files {', '.join(SUFFIXES)}")
+        why = f"; {PROTOBUF}" if is_protobuf(path) else ""
+        raise RecordingError(path, f"the folder holds no recording; expected files {', '.join(SUFFIXES)}{why}")
     pairs = re.compile(r"(\D*)(\d*)")
     return sorted(files, key=lambda file: [(int(part or -1), text) for text, part in pairs.findall(file.name.lower())])
 

@@ -79,6 +79,12 @@ def test_what_is_no_scenario_in_a_folder_ends_nothing_unless_it_is_named(
         assert "there is no such scenario" in coverdrive("solve", folder / name, status=2)
 
 
+def test_a_folder_of_protobuf_is_said_to_be(tmp_path: Path) -> None:
+    (tmp_path / "a.pb").write_bytes(b"\n\x0e\n\x052020a")
+    complaint = coverdrive("solve", tmp_path, status=2).replace("\n", " ")
+    assert "nothing to solve" in complaint and "write them as XML with commonroad-io" in complaint
+
+
 def test_scenarios_are_not_solved_by_what_learned_from_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(left_out, "fit_without", lambda *_: pytest.fail("nothing is to be fitted"))
     scenario = written(tmp_path, goal(between("velocity", 0.0, 60.0)))

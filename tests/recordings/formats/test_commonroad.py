@@ -100,6 +100,13 @@ def test_too_little_for_a_carriageway_of_its_own_is_counted(tmp_path: Path):
     assert reading.recording.repairs == {"rows off the road": 2}
 
 
+def test_protobuf_is_said_to_be(tmp_path: Path):
+    path = tmp_path / "a.pb"
+    path.write_bytes(b"\n\x0e\n\x052020a")
+    with pytest.raises(RecordingError, match=r"protobuf \(.pb\) are not read; write them as XML"):
+        read_commonroad(path)
+
+
 def test_stated_speeds_are_kept_to_find_the_same_vehicles(bend: Path):
     raw = read_commonroad(bend)[0].raw
     assert set(raw.speed[raw.vehicle == 100]) == {20.0}

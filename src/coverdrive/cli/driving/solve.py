@@ -68,13 +68,15 @@ def solve(
     - none has seen its own scene: `coverdrive solve scenarios/ --recording scenarios/ --leave-one-out`
     """
     with waiting():
-        from coverdrive.recordings.files.scenario import scenarios_in
+        from coverdrive.recordings.files.scenario import PROTOBUF, is_protobuf, scenarios_in
     for path in scenario:
         if not path.is_file() and not path.is_dir():
             raise DataError(f"{path}: there is no such scenario; check the path")
     files = scenarios_in(scenario)
     if not files:
-        raise DataError("there is nothing to solve; name a scenario or a folder, as in `coverdrive solve scenarios/`")
+        why = f"; {PROTOBUF}" if any(map(is_protobuf, scenario)) else ""
+        example = "name a scenario or a folder, as in `coverdrive solve scenarios/`"
+        raise DataError(f"there is nothing to solve; {example}{why}")
     if predictor is not None and (recording or leave_one_out):
         raise SettingError("--predictor names one that is fitted; leave out --recording and --leave-one-out")
     if leave_one_out and not recording:

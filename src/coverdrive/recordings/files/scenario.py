@@ -41,6 +41,8 @@ _TURNS = ("orientation", "originXShift")
 _PLACED = "environmentObstacle"
 """has no position besides that of its shape"""
 
+PROTOBUF = "CommonRoad scenarios in protobuf (.pb) are not read; write them as XML with commonroad-io"
+
 STATED = "orientation", "position", "time", "velocity"
 """of every initial state, but for the velocity of what stands; commonroad-io takes 0 for what is missing"""
 
@@ -59,6 +61,11 @@ def scenarios_in(paths: Iterable[Path]) -> list[Path]:
 
 def _may_be_scenario(file: Path) -> bool:
     return file.suffix.lower() == ".xml" and (file.is_file() or not file.exists())
+
+
+def is_protobuf(path: Path) -> bool:
+    """Whether a file is a scenario in protobuf by its suffix, or a folder holds one."""
+    return any(each.suffix.lower() == ".pb" for each in (path.iterdir() if path.is_dir() else [path]))
 
 
 def open_scenario(file: Path) -> tuple[Any, Any]:
@@ -174,6 +181,8 @@ def _checked(file: Path) -> tuple[str, dict[str, int]]:
     try:
         parser.Parse(file.read_bytes(), True)
     except expat.ExpatError as error:
+        if is_protobuf(file) and not names:
+            raise RecordingError(file, PROTOBUF) from None
         what = "it is cut or damaged" if names else "it is no XML"
         problem = f"not a CommonRoad file: {what} ({expat.ErrorString(error.code)}); check that it was copied whole"
         raise RecordingError(file, problem, error.lineno) from None

@@ -21,6 +21,7 @@ from coverdrive.errors import RecordingError
 from coverdrive.recordings.files.boundary import naming
 from coverdrive.recordings.files.columns import columns_of
 from coverdrive.recordings.files.delimited import normalised
+from coverdrive.recordings.files.scenario import PROTOBUF, is_protobuf
 from coverdrive.recordings.formats.parquet import is_own
 from coverdrive.recordings.map_tracks import MapTracks
 from coverdrive.recordings.recording import Recording
@@ -184,6 +185,8 @@ def reader_of(file: Path, name: str | None = None) -> Reader:
             raise RecordingError(file, f"there is no format {name!r}; choose one of {', '.join(known)}")
         _check_named(file, chosen, known.values())
         return chosen
+    if is_protobuf(file):
+        raise RecordingError(file, PROTOBUF)
     if file.suffix.lower() not in SUFFIXES:
         problem = f"unknown kind of file {file.suffix!r}; expected {', '.join(SUFFIXES)}, or the name of its format"
         raise RecordingError(file, problem)
