@@ -23,7 +23,7 @@ from shapely.geometry import Point
 from coverdrive.driving import drivability
 from coverdrive.driving.batch import TABLE, solve_all
 from coverdrive.driving.drivability import refusal
-from coverdrive.driving.obstacles import told
+from coverdrive.driving.obstacles import shape_of, told
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems
 from coverdrive.driving.single_track import BMW, SingleTrackCar
 from coverdrive.driving.solved import solve
@@ -48,6 +48,41 @@ def test_a_place_is_told_by_lane_way_time_and_speed(tmp_path: Path) -> None:
     assert (found.number, found.first, found.last) == (7, 0, 60)
     aside = read(written(tmp_path, goal(box(90.0, -6.2, width=1.6)))).goal
     assert (aside.lanes, aside.lat) == (1, pytest.approx(11 - 6.2 + 0.4, abs=0.05))
+
+
+def turned(at: float, left: float, length: float, width: float) -> str:
+    """A rectangle, 24° against the road."""
+    along = TURN + at / RADIUS
+    return box(at, left, length, width).replace(f"<orientation>{along}", f"<orientation>{along + 0.42}")
+
+
+def circle(at: float, left: float, radius: float) -> str:
+    (x, y), *_ = on_map(np.array([at]), left)
+    shape = f"<circle><radius>{radius}</radius><center><x>{x}</x><y>{y}</y></center></circle>"
+    return f"<position>{shape}</position>"
+
+
+@pytest.mark.parametrize(
+    ("place", "lanes", "way"),
+    [
+        (turned(90.0, -5.25, 50.0, 3.0), (1,), 7.4),
+        (turned(90.0, -5.25, 50.0, 10.0), (1, 2), 15.9),
+        (turned(90.0, -6.4, 50.0, 3.0), (1,), 7.4),
+        (circle(90.0, -5.25, 5.0), (0, 1, 2), 6.6),
+        (circle(90.0, -5.25, 3.8), (1,), 7.6),
+    ],
+)
+def test_a_goal_is_as_long_as_the_way_in_its_lanes(
+    place: str, lanes: tuple[int, ...], way: float, tmp_path: Path
+) -> None:
+    found = read(written(tmp_path, goal(place)))
+    wanted, ((state, _),) = found.goal, found.goals
+    assert wanted.any_lane == lanes and wanted.position is not None
+    assert wanted.position[1] - wanted.position[0] == pytest.approx(way, abs=1.0)
+    for lane in lanes:
+        lat = found.road.centres[lane] if wanted.lat is None else wanted.lat
+        ends = zip(*found.road.to_map(np.array(wanted.position), np.full(2, lat)), strict=True)
+        assert all(shape_of(state.position).distance(Point(*end)) < 1.0 for end in ends)
 
 
 def test_lanelets_and_the_nearest_of_several_goals(tmp_path: Path) -> None:

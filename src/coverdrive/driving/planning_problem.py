@@ -1,6 +1,6 @@
 """Planning problems of CommonRoad scenarios: who is where, on which road, and where the drive is to lead."""
 
-from collections.abc import Callable, Hashable, Iterable, Iterator
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -38,8 +38,11 @@ _BEHIND, _AHEAD = 4.0, 25.0
 """[m] where a map may have no gap between lanes if one is to change between them: body, and way to the other lane"""
 _OFF_CENTRE = 0.4
 """[m] by which one aims at the inside of a position across the road, and of the road"""
+_STEP, _OBLIQUE = 0.5, 1.0
+"""[m] between places along a lane at which it is asked whether a goal is there, and by which the ends of one may be
+oblique"""
 _MOST = 0.5
-"""share of a goal that makes a road one that leads there"""
+"""share of a goal that makes a road one that leads there, and of the way along one lane in it that makes others do"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,11 +169,42 @@ class PlanningProblem:
         inside = intersects_xy(shape, *self.road.to_map(np.full(len(centres), middle), centres))
         lanes = tuple(np.flatnonzero(inside & self.road.has_lane(middle)).tolist())
         if len(lanes) > 1 or (lanes and lat[0] + _OFF_CENTRE <= centres[lanes[0]] <= lat[1] - _OFF_CENTRE):
-            return replace(goal, position=lon, lanes=lanes)
+            lanes, position = self._lanes_in(shape, lon, lanes)
+            return replace(goal, position=position, lanes=lanes)
         lane = self.lane_of(middle, (lat[0] + lat[1]) / 2)
         aside = min(_OFF_CENTRE, (lat[1] - lat[0]) / 2)
         place = float(np.clip(centres[lane], lat[0] + aside, lat[1] - aside))
-        return replace(goal, position=lon, lanes=lane, lat=place)
+        return replace(goal, position=self._met(shape, lon, lane, place), lanes=lane, lat=place)
+
+    def _lanes_in(
+        self, shape: BaseGeometry, along: Interval, lanes: Collection[int]
+    ) -> tuple[tuple[int, ...], Interval]:
+        """Of some lanes the one that is aimed at and those that do as well, and where [m] their middles are in a shape.
+
+        That is the one nearest to the start of those that are in it for long.
+        """
+        ways = {lane: self._met(shape, along, lane) for lane in lanes}
+        own = self.lane_of(*self.road.to_road(*self.problem.initial_state.position))
+        least = _MOST * max(last - first for first, last in ways.values())
+        aimed, *others = sorted(lanes, key=lambda lane: (ways[lane][1] - ways[lane][0] < least, abs(lane - own)))
+        found, (first, last) = [aimed], ways[aimed]
+        least = _MOST * (last - first)
+        for lane in others:
+            begin, end = max(first, ways[lane][0]), min(last, ways[lane][1])
+            if end - begin >= least:
+                found.append(lane)
+                first, last = begin, end
+        return tuple(sorted(found)), (first, last)
+
+    def _met(self, shape: BaseGeometry, along: Interval, lane: int, place: float | None = None) -> Interval:
+        """Where [m] along the road the middle of a lane, or a place across the road [m], is in a shape."""
+        lon = np.linspace(*along, max(2, round((along[1] - along[0]) / _STEP) + 1))
+        lat = self.road.edges_at(lon)[:, lane : lane + 2].mean(axis=1) if place is None else np.full(len(lon), place)
+        met = lon[intersects_xy(shape, *self.road.to_map(lon, lat))]
+        if not len(met):
+            return along
+        (first, last), (begin, end) = along, met[[0, -1]].tolist()
+        return first if begin <= first + _OBLIQUE else begin, last if end >= last - _OBLIQUE else end
 
     def _extent(self, shape: BaseGeometry) -> tuple[Interval, float, Interval]:
         """Extent of a shape along the road, a place there, and the extent across the road at that place, [m].
