@@ -149,6 +149,15 @@ def test_a_goal_beyond_a_sharp_curve_is_said_to_be(tmp_path: Path) -> None:
     assert re.search(why, found.row["reason"]), found.row["reason"]
 
 
+@pytest.mark.parametrize("aside", [40.0, 400.0])
+def test_of_roads_that_are_too_sharp_the_one_at_the_start_is_said(aside: float, tmp_path: Path) -> None:
+    path, wanted = tmp_path / "USA_Test-1_1_T-1.xml", goal(first=20, last=40)
+    longer = re.sub(r"<y>([^<]*)", lambda y: f"<y>{float(y[1]) + aside}", arc(6.0, 6.0, 2.0, number=2))
+    path.write_text(scenario(longer + arc(4.0, 3.0, 1.0), started(1.0, 10.0, wanted)))
+    (found,) = read_problems(path)
+    assert "on no road of the map; a curve of 2 m radius, 4 m after the road's beginning" in str(found)
+
+
 def test_a_loop_of_25_m_is_driven_slowly(tmp_path: Path) -> None:
     x, y = 30.0 + 25.0 * np.sin(0.9), 25.0 - 25.0 * np.cos(0.9)
     place = (

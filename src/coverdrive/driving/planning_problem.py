@@ -3,7 +3,8 @@
 from collections.abc import Callable, Collection, Hashable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -334,7 +335,7 @@ def _road_of(network: Any, problem: Any, dt: float) -> Road:
     goal is not on that carriageway, the road along the border of a lane that ends on the way to it, or begins, is
     taken if there is more of the goal on it.
     """
-    start, found, problems = problem.initial_state, list[tuple[float, Road]](), list[str]()
+    start, found, why = problem.initial_state, list[tuple[float, Road]](), list[tuple[float, str]]()
     across = list[str]()
     goals, heading = problem.goal.state_list, float(start.orientation)
     areas = [shape_of(each.position) for each in goals if each.has_value("position")]
@@ -344,7 +345,8 @@ def _road_of(network: Any, problem: Any, dt: float) -> Road:
     limit = speed_limit(network, through[0] if through else ())
     for wrong in wrong_speed_limit(limit):
         raise DataError(wrong)
-    draws = [drawn_near(start.position, float(start.velocity), time, touching) for touching in (2 * _NO_GAP, TOUCHING)]
+    near = partial(drawn_near, start.position, float(start.velocity), time, why=why)
+    draws = [near(touching) for touching in (2 * _NO_GAP, TOUCHING)]
 
     def look_at(roads: Iterator[Road], enough: float) -> None:
         """Find those that the start is on, up to one with enough of the goal."""
@@ -364,13 +366,14 @@ def _road_of(network: Any, problem: Any, dt: float) -> Road:
 
     try:
         for draw in draws:
-            look_at(roads_of(network.lanelets, problems, through, draw), 0.0)
+            look_at(roads_of(network.lanelets, [], through, draw), 0.0)
         if way and (lanes := lanes_along_border(network.lanelets, way.starts, way.goals)):
             look_at(_drawn(draws, lanes), _MOST)
     except KeyError as error:
         raise DataError(f"a lanelet refers to {error}, which is not in the file; check the file") from error
     if not found:
-        raise DataError("; ".join(["the start is on no road of the map", *problems[:1]]) + "".join(across[:1]))
+        nearest = [problem for _, problem in sorted(why, key=itemgetter(0))[:1]]
+        raise DataError("; ".join(["the start is on no road of the map", *nearest]) + "".join(across[:1]))
     return max(found, key=lambda each: each[0])[1]
 
 

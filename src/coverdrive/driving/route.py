@@ -9,18 +9,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
-from shapely.geometry import Point
+from shapely.geometry import Point, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from coverdrive.driving.goal import Goal
 from coverdrive.errors import DataError
-from coverdrive.recordings.roads.drawn_road import DrawnLane, drawn_road
+from coverdrive.recordings.roads.drawn_road import ASIDE, DrawnLane, drawn_road
 from coverdrive.road import Road
 
 _ALONG = np.pi / 4
 """[rad] between the start and a lanelet that it is on, at the most"""
 _BEHIND, _BEYOND = 100.0, 150.0
 """[m] of the road behind the start that matters, and beyond what can be reached in time: others, and what plans see"""
+_ELSEWHERE = ASIDE + 5.0
+"""[m] from the first lane of a road, beyond which nothing is on it"""
 _HARDEST = 3.0
 """[m/s²] at which a car gets away"""
 _SIDES = ("left", "right")
@@ -109,22 +111,28 @@ def within_reach(goal: Goal, lon: float, speed: float) -> bool:
 
 
 def drawn_near(
-    start: Float[np.ndarray, " 2"], speed: float, time: float, touching: float
+    start: Float[np.ndarray, " 2"], speed: float, time: float, touching: float, why: list[tuple[float, str]]
 ) -> Callable[[list[DrawnLane]], Road]:
     """Draws as much of a road as matters from a start [m] on, at a speed [m/s] and for a time [s].
 
-    Where that bends too sharply it is less, as much as can be followed. ``touching`` is that of `drawn_road`.
+    Where that bends too sharply it is less, as much as can be followed. ``touching`` is that of `drawn_road`; ``why``
+    gains how far [m] from the start the first lanes of those are that are no road, and the reasons. Lanes that are
+    too far away for the start to be on their road are not drawn.
     """
     reach = farthest(speed, time) + _BEYOND
 
     def draw(lanes: list[DrawnLane]) -> Road:
         problems = list[DataError]()
+        away = Polygon(np.concatenate([lanes[0].left, lanes[0].right[::-1]])).distance(Point(start))
+        if away > _ELSEWHERE:
+            raise DataError("the start is on another road")
         most = min(reach, float(np.hypot(*np.diff(lanes[0].left, axis=0).T).sum()))
         for ahead, behind in product(_SHARES_AHEAD, _SHARES_BEHIND):
             try:
                 return drawn_road([lanes[0].cut(start, behind * _BEHIND, ahead * most), *lanes[1:]], touching)
             except DataError as error:
                 problems.append(error)
+        why.append((away, str(problems[0])))
         raise problems[0]
 
     return draw
