@@ -120,7 +120,7 @@ def shape_of(position: Any) -> BaseGeometry:
     """The area of a position of commonroad-io, some versions of which draw circles at half their radius."""
     parts = getattr(position, "shapes", [position])
     return unary_union([
-        Point(*part.center).buffer(part.radius) if hasattr(part, "radius") else part.shapely_object for part in parts
+        Point(part.center).buffer(part.radius) if hasattr(part, "radius") else part.shapely_object for part in parts
     ])  # fmt: skip
 
 
