@@ -256,15 +256,16 @@ class PlanningProblem:
         """Why a shape is not on the road."""
         start, time = self.problem.initial_state, float(self.scenario.dt) * (self.last - self.first)
         way, most = shape.distance(Point(*start.position)), farthest(float(start.velocity), time)
-        lanelets = self.scenario.lanelet_network.lanelets
-        if route(lanelets, start.position, float(start.orientation), [shape]) is None:
-            return "the goal is not on the road that the start is on"
-        if way > most:
-            far = f"the goal is {way:.0f} m away"
-            return f"{far}; from {start.velocity:g} m/s one gets {most:.0f} m in its {time:g} s at most"
         left = float(self.road.length - self.road.to_road(*start.position)[0])
-        ends = f"lanes lead to the goal, but a road can be drawn along them for {left:.0f} m only"
-        return f"{ends}; expected no curves below {SMALLEST_RADIUS:g} m radius on the way"
+        lanelets = self.scenario.lanelet_network.lanelets
+        if route(lanelets, start.position, float(start.orientation), [shape]) is not None:
+            if way > most:
+                far = f"the goal is {way:.0f} m away"
+                return f"{far}; from {start.velocity:g} m/s one gets {most:.0f} m in its {time:g} s at most"
+            if way > left:
+                ends = f"lanes lead to the goal, but a road can be drawn along them for {left:.0f} m only"
+                return f"{ends}; expected no curves below {SMALLEST_RADIUS:g} m radius on the way"
+        return "the goal is not on the road that the start is on"
 
 
 class ProblemError(RecordingError):

@@ -20,11 +20,20 @@ EVERYWHERE = [(lon, lat, 20.0) for lat in (1.8, 9.0) for lon in range(-10, 60, 1
 FEW = MannersSettings(headway=0.0, beside=0.0, time_to_collision=0.0)
 
 
-def boxes_for(straight_paths, manners: MannersSettings, *cars: tuple[float, float, float]) -> np.ndarray:
+def boxes_for(
+    straight_paths, manners: MannersSettings, *cars: tuple[float, float, float], state: np.ndarray = STATE
+) -> np.ndarray:
     likely, _ = obstacles_of(straight_paths(*cars), PROBLEM.obstacles)
-    boxes = likely.compress(wished(likely, STATE, PROBLEM.vehicle.width, manners), axis=2)
-    widen(boxes, 0, STATE, PROBLEM, manners)
+    boxes = likely.compress(wished(likely, state, PROBLEM.vehicle.width, manners), axis=2)
+    widen(boxes, 0, state, PROBLEM, manners)
     return boxes
+
+
+def test_behind_who_stands_there_is_room_to_pull_out(straight_paths) -> None:
+    cars = (30, 5.4, 0), (50, 5.4, 1), (30, 1.8, 0)  # one in the way, one that drives, one beside
+    boxes = boxes_for(straight_paths, FEW, *cars, state=np.array([0, 5.4, 0, 0]))
+    half = straight_paths(cars[0]).half_sizes[0, 0]
+    np.testing.assert_allclose(boxes[2].T, half[0] + np.array([[3.0], [0.0], [0.0]]) + np.zeros(boxes.shape[1]))
 
 
 def test_a_wished_box_reaches_as_far_as_the_headway(straight_paths) -> None:

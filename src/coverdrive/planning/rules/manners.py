@@ -110,9 +110,8 @@ def _widen(
             speed = max((boxes[0, last, i] - boxes[0, first, i]) / (dt * (last - first)), 0.0)
             closing = max(own_speed - _EASE * dt * k - speed, 0.0)
             reach = _headway(headway, speed) * speed + time_to_collision * closing
-            if ahead and speed < _STANDING:
-                reach = max(reach, _ROOM)
             if ahead:
+                reach = max(reach, _ROOM if speed < _STANDING else 0.0)
                 time = min(dt * k, own_speed / _EASE)
                 eased = (own_speed - _EASE * time / 2) * time
                 reach = min(reach, max((boxes[0, k, i] - eased) / inflation - boxes[2, k, i] - length / 2, 0.0))
