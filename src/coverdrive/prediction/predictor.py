@@ -4,8 +4,8 @@ Nothing in the file can be executed (`coverdrive.prediction.storage`).
 """
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
-from functools import cached_property
+from dataclasses import dataclass, field
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ from coverdrive.prediction.cover.motion import add_bodies, follow
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import OwnNetwork
 from coverdrive.prediction.storage import fingerprint_of, loaded
-from coverdrive.prediction.stored import ALONE, StoredPredictor, TimeGrid, features_of, grid_of, others_of
+from coverdrive.prediction.stored import ALONE, StoredPredictor, features_of
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
@@ -43,17 +43,12 @@ class Predictor(StoredPredictor):
     rule: Rule
     calibrated: Certificate
     trained_on: Int[np.ndarray, " V"]
-    """keys of the vehicles that trained the network"""
     rungs: Float[np.ndarray, "n 2"] = field(default_factory=lambda: np.zeros((0, 2)))
     scale: float = 1.0
-    _rollouts: dict[Any, tuple[np.ndarray, ...]] = field(
-        default_factory=dict[Any, tuple[np.ndarray, ...]], init=False, repr=False, compare=False
-    )
 
     @property
-    def horizon(self) -> float:
-        """[s] that it looks ahead."""
-        return self.basis.horizon
+    def _grid(self) -> tuple[float, int]:
+        return self.basis.step, self.basis.points.shape[1] - 1
 
     @property
     def tube(self) -> float:
@@ -88,34 +83,9 @@ class Predictor(StoredPredictor):
         within = (needed <= self.scale) | (needed == needed.min(axis=1, keepdims=True))
         return within | everything if self.scale > 1 else within & everything
 
-    def predict(
-        self,
-        scene: Scene,
-        road: Road,
-        ego: int | None = None,
-        dt: float | None = None,
-        steps: int | None = None,
-        *,
-        like: TimeGrid | None = None,
-    ) -> PredictedPaths:
-        """All paths that the vehicles of a scene may take.
-
-        A vehicle for which the rule calls nothing possible may do anything that the basis knows.
-
-        Args:
-            scene: one scene.
-            road: its road.
-            ego: slot of the vehicle that asks; no paths are predicted for it. None: all vehicles are predicted.
-            dt: [s] between two points of the paths; that of the basis if not given.
-            steps: K; the paths have K + 1 points. If not given, they reach to the end of the basis' horizon.
-            like: has the ``dt`` and ``steps`` to take, as a planner does.
-
-        Raises:
-            SettingError: ``ego`` is not the slot of a vehicle, or the paths would not end within the basis' horizon.
-        """
-        grid = grid_of(self.horizon, self.basis.step, dt, steps, like)
-        times, deviation, rate, tube, ellipses = self._rollout(*grid)
-        others = others_of(scene, ego)
+    def _paths(self, scene: Scene, road: Road, others: Bool[np.ndarray, " A"], dt: float, steps: int) -> PredictedPaths:
+        """One path for each base in the set of a vehicle, which is all that there are where none is possible."""
+        times, deviation, rate, tube, ellipses = self._rollout(dt, steps)
         possible, scores = self._scored(scene, road)
         vehicle, base = np.nonzero(self._within_scale(possible, scores) & others[:, None])
         motion = follow(scene.states[vehicle], times, deviation[base], rate[base])
@@ -148,35 +118,26 @@ class Predictor(StoredPredictor):
         deviation, rate = (np.broadcast_to(each, (len(possible), *each.shape)) for each in self.basis.rollout(times))
         return deviation, rate, possible
 
-    def _rollout(self, dt: float, steps: int) -> tuple[np.ndarray, ...]:
-        """Times, deviations and their rates, tubes and their ellipses at these times; kept for the next call."""
-        if (dt, steps) not in self._rollouts:
+    @cached_property
+    def _rollout(self) -> Callable[[float, int], tuple[np.ndarray, ...]]:
+        """The function of dt and steps that gives times, deviations, rates, tubes and ellipses, and keeps them."""
+
+        @cache
+        def rollout(dt: float, steps: int) -> tuple[np.ndarray, ...]:
             times = dt * np.arange(steps + 1)
             tubes = (self.basis.tube(times), self.basis.tolerance(1.0, times))
             scaled = (self.scale * self.rule.tube[:, None, None] * each for each in tubes)
-            self._rollouts[dt, steps] = (times, *self.basis.rollout(times), *scaled)
-        return self._rollouts[dt, steps]
+            return (times, *self.basis.rollout(times), *scaled)
+
+        return rollout
 
     @property
     def _arrays(self) -> dict[str, np.ndarray]:
-        return {
-            "basis": self.basis.points,
-            **self.basis.cut,
-            "trained_on": self.trained_on,
-            "rungs": self.rungs,
-            **self.rule.arrays,
-            **self.network.arrays,
-        }
+        return super()._arrays | {"basis": self.basis.points} | self.basis.cut
 
     @property
     def _header(self) -> dict[str, Any]:
-        return {
-            "basis": self.basis.tolerances,
-            "network": self.network.kind,
-            "rule": self.rule.kind,
-            "certificate": asdict(self.calibrated),
-            "scale": self.scale,
-        }
+        return super()._header | {"basis": self.basis.tolerances, "scale": self.scale}
 
     def save(self, path: Path | str) -> None:
         """Write it to a file, or to none if interrupted; `SettingError` if the scores come from a function."""

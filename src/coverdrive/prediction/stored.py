@@ -5,7 +5,7 @@ Nothing in the file can be executed (`coverdrive.prediction.storage`).
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import asdict, fields, replace
 from functools import cached_property
 from numbers import Real
 from pathlib import Path
@@ -17,7 +17,9 @@ from jaxtyping import Bool, Float, Float32, Int
 
 from coverdrive.arguments import shown
 from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.rule import Rule
 from coverdrive.errors import SettingError
+from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.learning.affordance import FEATURES, MOTION, described_at
 from coverdrive.prediction.storage import fingerprint_of, save_arrays
 from coverdrive.road import Road
@@ -61,8 +63,12 @@ class StoredPredictor(ABC):
     All sets of one are nested in its scale λ: at 0 there is the likeliest path alone, at 1 what was calibrated.
     """
 
+    network: Any
+    rule: Rule
     calibrated: Certificate
     """of the sets of scale 1"""
+    trained_on: Int[np.ndarray, " V"]
+    """keys of the vehicles that trained the network"""
     rungs: Float[np.ndarray, "n 2"]
     """bounds ε, and the scale from which on each is proved; all at once with the confidence of the certificate"""
     scale: float
@@ -74,11 +80,53 @@ class StoredPredictor(ABC):
 
     @property
     @abstractmethod
-    def _arrays(self) -> dict[str, np.ndarray]: ...
+    def _grid(self) -> tuple[float, int]:
+        """[s] between two points that were learned, and how many there are after now."""
+
+    @abstractmethod
+    def _paths(
+        self, scene: Scene, road: Road, others: Bool[np.ndarray, " A"], dt: float, steps: int
+    ) -> PredictedPaths: ...
 
     @property
-    @abstractmethod
-    def _header(self) -> dict[str, Any]: ...
+    def _arrays(self) -> dict[str, np.ndarray]:
+        return {"trained_on": self.trained_on, "rungs": self.rungs, **self.rule.arrays, **self.network.arrays}
+
+    @property
+    def _header(self) -> dict[str, Any]:
+        return {"network": self.network.kind, "rule": self.rule.kind, "certificate": asdict(self.calibrated)}
+
+    @property
+    def horizon(self) -> float:
+        """[s] that it looks ahead."""
+        step, count = self._grid
+        return step * count
+
+    def predict(
+        self,
+        scene: Scene,
+        road: Road,
+        ego: int | None = None,
+        dt: float | None = None,
+        steps: int | None = None,
+        *,
+        like: TimeGrid | None = None,
+    ) -> PredictedPaths:
+        """All paths that the vehicles of a scene may take.
+
+        Args:
+            scene: one scene.
+            road: its road.
+            ego: slot of the vehicle that asks; no paths are predicted for it. None: all vehicles are predicted.
+            dt: [s] between two points of the paths; that of what was learned if not given.
+            steps: K; the paths have K + 1 points. If not given, they reach to the end of the horizon.
+            like: has the ``dt`` and ``steps`` to take, as a planner does.
+
+        Raises:
+            SettingError: ``ego`` is not the slot of a vehicle, or the paths would not end within the horizon.
+        """
+        period, count = grid_of(self.horizon, self._grid[0], dt, steps, like)
+        return self._paths(scene, road, others_of(scene, ego), period, count)
 
     def scaled(self: P, scale: float) -> P:
         """The same with sets of another scale λ; `SettingError` unless it is between 0 and 100.

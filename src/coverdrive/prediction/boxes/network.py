@@ -100,6 +100,11 @@ class BoxNetwork(eqx.Module):
         return boxes_at
 
     @property
+    def kind(self) -> dict[str, str]:
+        """What the networks see and give, by name."""
+        return self.network.kind
+
+    @property
     def arrays(self) -> dict[str, np.ndarray]:
         """All parameters by name, to be stored; `of` makes the same from them and the kind of the network."""
         own = {"box_usual": self.usual, "box_arms": self.arms, "box_early": self.early}

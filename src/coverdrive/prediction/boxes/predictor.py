@@ -1,7 +1,7 @@
 """The predictor of boxes: network, the scale that was calibrated, and certificate in one object and one file."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import cached_property, reduce
 from itertools import product
 from typing import Any, ClassVar
@@ -15,7 +15,7 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.boxes.boxes import TUBE, between
 from coverdrive.prediction.boxes.network import BoxNetwork
 from coverdrive.prediction.boxes.under_way import lane_changes
-from coverdrive.prediction.stored import StoredPredictor, TimeGrid, features_of, grid_of, others_of
+from coverdrive.prediction.stored import StoredPredictor, features_of
 from coverdrive.road import Road
 from coverdrive.scene import Scene, beside
 
@@ -32,7 +32,6 @@ class BoxPredictor(StoredPredictor):
     """thresholds, of one base"""
     calibrated: Certificate
     trained_on: Int[np.ndarray, " V"]
-    """keys of the vehicles that trained the network"""
     step: float
     """[s] between two boxes that were learned"""
     rungs: Float[np.ndarray, "n 2"] = field(default_factory=lambda: np.zeros((0, 2)))
@@ -41,37 +40,23 @@ class BoxPredictor(StoredPredictor):
     tube: ClassVar[float] = TUBE
 
     @property
-    def horizon(self) -> float:
-        """[s] that it looks ahead."""
-        return self.step * len(self.network.usual)
+    def _grid(self) -> tuple[float, int]:
+        return self.step, len(self.network.usual)
 
-    def predict(
-        self,
-        scene: Scene,
-        road: Road,
-        ego: int | None = None,
-        dt: float | None = None,
-        steps: int | None = None,
-        *,
-        like: TimeGrid | None = None,
-    ) -> PredictedPaths:
+    def _paths(self, scene: Scene, road: Road, others: Bool[np.ndarray, " A"], dt: float, steps: int) -> PredictedPaths:
         """One path for each arm of each vehicle's boxes, and one for each lane change that is under way.
 
         The latter is there for those whom boxes of scale 1 do not hold, whatever the scale, but for that of 0.
-
-        Arguments and errors as of the predictor of a basis.
         """
-        period, count = grid_of(self.horizon, self.step, dt, steps, like)
-        vehicle = np.flatnonzero(others_of(scene, ego))
-        times = period * np.arange(count + 1)
+        vehicle, times = np.flatnonzero(others), dt * np.arange(steps + 1)
         centre, half_sizes = self._boxes_at(scene, road, vehicle, times)
         lon, lat, speed, heading, length, width = (np.asarray(each)[vehicle, None] for each in scene.measures)
         centre[..., 0] += lon + times * (speed * np.cos(heading))
         centre[..., 1] += lat
         body, arms = beside(length, width) / 2, np.asarray(self.network.arms)
-        paths = [PredictedPaths(centre, vehicle, self.scale * arm * half_sizes + body, period) for arm in arms]
+        paths = [PredictedPaths(centre, vehicle, self.scale * arm * half_sizes + body, dt) for arm in arms]
         if self.scale > 0:
-            calibrated = PredictedPaths(centre, vehicle, arms[-1] * half_sizes + body, period)
+            calibrated = PredictedPaths(centre, vehicle, arms[-1] * half_sizes + body, dt)
             changes = lane_changes(calibrated, scene)
             paths += [changes] if len(changes) else []
         return reduce(PredictedPaths.joined, paths)
@@ -109,17 +94,8 @@ class BoxPredictor(StoredPredictor):
         return self.network.function
 
     @property
-    def _arrays(self) -> dict[str, np.ndarray]:
-        return {"trained_on": self.trained_on, "rungs": self.rungs, **self.rule.arrays, **self.network.arrays}
-
-    @property
     def _header(self) -> dict[str, Any]:
-        return {
-            "boxes": {"step": self.step, "scale": self.scale},
-            "network": self.network.network.kind,
-            "rule": self.rule.kind,
-            "certificate": asdict(self.calibrated),
-        }
+        return super()._header | {"boxes": {"step": self.step, "scale": self.scale}}
 
     @staticmethod
     def of(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> "BoxPredictor":
