@@ -33,14 +33,13 @@ from coverdrive.prediction.certifying.calibrate import (
 )
 from coverdrive.prediction.certifying.occupied import Occupied, areas_of_bases, compared
 from coverdrive.prediction.certifying.scored import ScoredSides, score
-from coverdrive.prediction.cover.basis import Basis, BasisSettings, make_basis
+from coverdrive.prediction.cover.basis import BasisSettings, make_basis
 from coverdrive.prediction.data.held_out import Seen
 from coverdrive.prediction.data.manoeuvres import manoeuvres_of
 from coverdrive.prediction.data.segments import Segments, SegmentSettings, cut_segments
 from coverdrive.prediction.data.split import Split, SplitSettings, split
-from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import Learner, OwnNetwork, seen_by
-from coverdrive.prediction.learning.samples import Assignment, Samples, make_features, make_samples
+from coverdrive.prediction.learning.samples import Assignment, make_features, make_samples
 from coverdrive.prediction.learning.training import TrainingSettings, train
 from coverdrive.prediction.predictor import AnyPredictor, Predictor
 from coverdrive.prediction.stored import LARGEST
@@ -246,10 +245,19 @@ def _fit_bases(task: _Task, learner: Learner | None) -> _Made:
         outside = samples.distance[np.arange(len(samples)), samples.base] > basis.radius
         asked = sides.calibration
         provable(samples.vehicle[asked], samples.group[asked], outside[asked], len(basis), settings.certificate)
+    lessons = training
     with _timed("mirror images", seconds):
-        lessons = training.and_also(_mirrored(recordings, segments.of(sides.train), basis, settings))
+        if settings.training.mirrored:
+            learned_from = segments.of(sides.train)
+            images = make_samples(recordings, learned_from, basis, settings.assignment, mirrored=True)
+            lessons = training.and_also(images.of(images.distance.min(1) <= basis.radius))  # those that a base covers
     with _timed("training", seconds):
-        network, losses = _learned(lessons, settings.training, training_seed, learner)
+        if learner is None:
+            network, losses = train(lessons, settings.training, training_seed)
+        else:
+            inputs = settings.training.inputs
+            scorer = learner(replace(lessons, features=seen_by(lessons.features, inputs)))
+            network, losses = OwnNetwork(scorer, inputs, len(basis)), np.zeros(0)
     with _timed("certificate", seconds):
         tube = basis.radius if settings.assignment == "covering" else None
         train_side, calibration, test = (
@@ -296,26 +304,6 @@ def _with_claim(
     changes = {name: value for name, value in given.items() if value is not None}
     claim = checked(CertificateSettings, settings.certificate.model_dump() | changes)
     return settings.model_copy(update={"certificate": claim})
-
-
-def _mirrored(
-    recordings: Sequence[Recording], segments: Segments, basis: Basis, settings: PredictionSettings
-) -> Samples:
-    """The mirror images of the training samples that a base covers; none if the settings do not want them."""
-    if not settings.training.mirrored:
-        segments = segments.of(np.arange(0))
-    mirrored = make_samples(recordings, segments, basis, settings.assignment, mirrored=True)
-    return mirrored.of(mirrored.distance.min(1) <= basis.radius)
-
-
-def _learned(
-    lessons: Samples, settings: TrainingSettings, seed: int, learner: Learner | None
-) -> tuple[Network | OwnNetwork, Float[np.ndarray, " epochs"]]:
-    """A network, and the mean loss of every epoch of its training."""
-    if learner is None:
-        return train(lessons, settings, seed)
-    seen = replace(lessons, features=seen_by(lessons.features, settings.inputs))
-    return OwnNetwork(learner(seen), settings.inputs, lessons.distance.shape[1]), np.zeros(0)
 
 
 def _seeds(seed: int) -> list[int]:
