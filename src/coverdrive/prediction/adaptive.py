@@ -15,7 +15,7 @@ Joulani, György & Szepesvári, "Online learning under delayed feedback", ICML 2
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -188,7 +188,7 @@ class Adaptive:
                 f"expected 0 < smallest ≤ start ≤ largest ≤ {LARGEST:g}, got {self.smallest}, {self.start} and "
                 f"{self.largest}; try 0.1, 1 and 10"
             )
-        asked = {name: getattr(self, name) for name in _ASKED}
+        asked = {name: getattr(self, name) for name in ("missed", "rate", "smallest", "largest")}
         self.run = LongRun.begun(**asked, scale=self.start)
         if self.state is not None:
             state, expected = dict(self.state), asdict(self.run)
@@ -214,8 +214,7 @@ class Adaptive:
 
     def anew(self) -> "Adaptive":
         """Another one that knows as much, with no windows under way."""
-        asked = {name: getattr(self, name) for name in _ASKED}
-        return Adaptive(self.predictor, **asked, period=self.period, state=self.kept)
+        return replace(self, state=self.kept)
 
     @property
     def fingerprint(self) -> str:
@@ -258,9 +257,6 @@ class Adaptive:
             settled, lost = windows.follow(first, then, same)
             self.run.settle(lost, settled)
         self._open = [each for each in self._open if each.open.any()]
-
-
-_ASKED = ("missed", "rate", "smallest", "largest")
 
 
 def _same(before: Scene, now: Scene, period: float) -> Bool[np.ndarray, " B"]:
