@@ -21,7 +21,6 @@ from coverdrive.certificates.drives import (
     Procedure,
     Proof,
     drives_needed,
-    fixed_sequence,
     holm,
     limit_of,
     log_evidence,
@@ -142,7 +141,12 @@ class Dial:
         if self.procedure == "Holm":
             return self._holm(order, [self._drive(candidate, prove) for candidate in order])
         tried: list[Tried] = []
-        fixed_sequence(self._reaches(candidate, prove, tried) for candidate in order)
+        for candidate in order:
+            hits, speeds = self._drive(candidate, prove)
+            passed = [self._passes(kind, hits) for kind in range(len(self.asked))]
+            tried.append(self._tried(candidate, hits, speeds, passed, [self.confidence] * len(passed)))
+            if not all(passed):
+                break
         return Turned(tuple(tried))
 
     def order(self, candidates: int, pilot: Pilot) -> list[int]:
@@ -168,13 +172,6 @@ class Dial:
                 f"confidence ({self.procedure}), whatever happens in them; {needed:,} without any event would do: "
                 "drive more, allow a larger risk, or ask for less confidence"
             )
-
-    def _reaches(self, candidate: int, prove: Drives, tried: list[Tried]) -> bool:
-        """Drive a candidate, add what is proved of it to those tried, and say whether it is all that was asked."""
-        hits, speeds = self._drive(candidate, prove)
-        passed = [self._passes(kind, hits) for kind in range(len(self.asked))]
-        tried.append(self._tried(candidate, hits, speeds, passed, [self.confidence] * len(passed)))
-        return all(passed)
 
     def _drive(self, candidate: int, prove: Drives) -> tuple[Hits, Float[np.ndarray, " drives"]]:
         """All drives of a candidate; at any time, until all is proved or something cannot be proved any more."""
