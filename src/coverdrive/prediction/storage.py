@@ -5,7 +5,6 @@ contents, so that none of it can be changed unnoticed.
 """
 
 import json
-import struct
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,15 +12,13 @@ from typing import Any
 
 import numpy as np
 from safetensors import SafetensorError
-from safetensors.numpy import load
+from safetensors.numpy import load, save
 
 from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import CoverdriveError, DataError
 from coverdrive.files import write_atomically
 
 _VERSION = 4
-_TYPES = {"f8": "F64", "f4": "F32", "i8": "I64", "i4": "I32", "i1": "I8", "u1": "U8", "b1": "BOOL"}
-"""names of NumPy's types in such files"""
 
 
 def fingerprint_of(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> str:
@@ -42,21 +39,13 @@ def save_arrays(path: Path, kind: str, header: Mapping[str, Any], arrays: Mappin
 
 
 def _bytes_of(metadata: Mapping[str, str], arrays: Mapping[str, np.ndarray]) -> bytes:
-    """A safetensors file whose names are sorted, unlike those that its library writes; the widest types come first."""
-    order = sorted(arrays, key=lambda name: (-arrays[name].itemsize, name))
-    described: dict[str, Any] = {"__metadata__": dict(sorted(metadata.items()))}
-    end = 0
-    for name in order:
-        values, begin = arrays[name], end
-        end += values.nbytes
-        described[name] = {
-            "dtype": _TYPES[values.dtype.str[1:]],
-            "shape": list(values.shape),
-            "data_offsets": [begin, end],
-        }
+    """A safetensors file as its library writes it, which leaves to chance only in which order metadata stand."""
+    written = save(dict(arrays))
+    size = 8 + int.from_bytes(written[:8], "little")
+    described = {"__metadata__": dict(sorted(metadata.items())), **json.loads(written[8:size])}
     head = json.dumps(described, ensure_ascii=False, separators=(",", ":")).encode()
     head += b" " * (-len(head) % 8)
-    return b"".join([struct.pack("<Q", len(head)), head, *(arrays[name].tobytes() for name in order)])
+    return b"".join([len(head).to_bytes(8, "little"), head, memoryview(written)[size:]])
 
 
 @contextmanager
