@@ -2,8 +2,8 @@
 
 A unit is a window, or a vehicle with all its windows; of a mean loss, a vehicle whose windows, or a scene group whose
 vehicles, are its pieces. It asks of base j that c_j be at most the lowest score that j had in a window of the unit that
-drove j. A window that leaves the cover's tube around
-its base is missed at every threshold: it asks with a score of −∞. A unit is missed if anything it asks for is.
+drove j. A window that leaves the cover's tube around its base is missed at every threshold: it asks with a score of −∞.
+A unit is missed if anything it asks for is.
 """
 
 from dataclasses import dataclass, replace
@@ -84,8 +84,6 @@ class Demands(NamedTuple):
     """the base that it drove"""
     score: Float[np.ndarray, " D"]
     """lowest score of that base in the unit's windows, −∞ if it left the cover's tube in one of them"""
-    distance: Float[np.ndarray, " D"]
-    """largest distance from that base in the unit's windows"""
 
 
 @dataclass(frozen=True)
@@ -197,10 +195,9 @@ class Calibration:
         """What the units ask for."""
         score = np.where(self.in_tube, self.samples.score_of_base.astype(float), -np.inf)
         asked, demand = np.unique(self.unit * self.bases + self.samples.base, return_inverse=True)
-        lowest, farthest = np.full(len(asked), np.inf), np.zeros(len(asked))
+        lowest = np.full(len(asked), np.inf)
         np.minimum.at(lowest, demand, score)
-        np.maximum.at(farthest, demand, self.samples.distance)
-        return Demands(asked // self.bases, asked % self.bases, lowest, farthest)
+        return Demands(asked // self.bases, asked % self.bases, lowest)
 
     @cached_property
     def covered(self) -> Bool[np.ndarray, " N"]:
@@ -226,10 +223,8 @@ class Calibration:
         return least
 
     def missed(self, rule: Thresholds) -> Bool[np.ndarray, " N"]:
-        """Units that a rule misses."""
-        unit, base, score, distance = self.demands
-        missed = (score < rule.values[base]) | (distance > rule.tube[base])
-        return np.bincount(unit, weights=missed, minlength=len(self)) > 0
+        """Units that a rule misses whose tube is that of the cover."""
+        return self.level(self.demands.score - rule.values[self.demands.base]) < 0
 
     @property
     def shaping(self) -> ScoredSamples:

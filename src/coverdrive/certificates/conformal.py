@@ -56,7 +56,7 @@ def _misses(epsilon: float, confidence: float | None, count: int) -> int:
 
 def _scores(calibration: Calibration, base: int | None = None) -> Float[np.ndarray, " n"]:
     """Lowest score, in the base or in all that it drove, of every unit that drove it; −∞ if it left the tube there."""
-    _, driven, score, _ = calibration.demands
+    _, driven, score = calibration.demands
     lowest = calibration.level(score if base is None else np.where(driven == base, score, np.inf))
     return lowest[lowest < np.inf]
 

@@ -87,7 +87,7 @@ class _Queues:
     def __init__(self, calibration: Calibration):
         """Sort the demands."""
         covered = calibration.covered[calibration.demands.unit]
-        unit, base, score, _ = (each[covered] for each in calibration.demands)
+        unit, base, score = (each[covered] for each in calibration.demands)
         self.gone: set[int] = set()
         self.bases_of: dict[int, set[int]] = defaultdict(set)
         for at in range(len(unit)):

@@ -36,7 +36,7 @@ def quantile_sets(training: ScoredSamples, rules: int = 400) -> Float[np.ndarray
 
 def last_passed(nested: Float[np.ndarray, "L M"], calibration: Calibration) -> Int[np.ndarray, " N"]:
     """For every unit the last of nested rules that does not miss it; −1 if all do."""
-    _, driven, score, _ = calibration.demands
+    _, driven, score = calibration.demands
     rules = np.empty(len(score))
     for base in range(calibration.bases):
         asks = driven == base
