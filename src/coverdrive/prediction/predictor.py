@@ -1,7 +1,4 @@
-"""The predictor: basis, network, rule and certificate in one object and one file.
-
-Nothing in the file can be executed (`coverdrive.prediction.storage`).
-"""
+"""The predictor: basis, network, rule and certificate in one object and one file."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

@@ -1,7 +1,4 @@
-"""What predictors have in common: the times that are asked for, for whom, and one file that holds everything.
-
-Nothing in the file can be executed (`coverdrive.prediction.storage`).
-"""
+"""What predictors have in common: the times that are asked for, for whom, and one file that holds everything."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable

@@ -97,7 +97,7 @@ def scored_by(boxes: Boxes, segments: Segments, recordings: Sequence[Recording] 
     centre, half_sizes = (np.broadcast_to(each, shape) for each in (boxes.centre, boxes.half_sizes))
     ratio = np.empty(count)
     for part in parts(count):
-        seen = watched(recordings, segments.of(part)) if recordings else segments.of(part)
+        seen = watched(recordings, segments.of(part))
         times = seen.step * np.arange(1, seen.points.shape[1])
         place, size, early = between(shape[1], segments.step, tuple(times.tolist()))
         room = size @ half_sizes[part] + early[:, None] * (boxes.early * half_sizes[part, :1])
