@@ -10,7 +10,7 @@ The rest is greedy. Raising the threshold of one base to its next score costs th
 step takes what shrinks the sets most for each unit that it costs, on the calibration scores.
 """
 
-from collections import defaultdict
+from collections import defaultdict, deque
 from collections.abc import Iterator, Set
 from itertools import islice, takewhile
 from typing import NamedTuple
@@ -90,13 +90,12 @@ class _Queues:
         unit, base, score = (each[covered] for each in calibration.demands)
         self.gone: set[int] = set()
         self.bases_of: dict[int, set[int]] = defaultdict(set)
-        for at in range(len(unit)):
-            self.bases_of[int(unit[at])].add(int(base[at]))
+        for asking, asked in zip(unit.tolist(), base.tolist(), strict=True):
+            self.bases_of[asking].add(asked)
         self._queue = [
-            sorted(zip(score[base == each].tolist(), unit[base == each].tolist(), strict=True))
+            deque(sorted(zip(score[base == each].tolist(), unit[base == each].tolist(), strict=True)))
             for each in range(calibration.bases)
         ]
-        self._head = [0] * len(self._queue)
 
     def first(self, base: int, without: Set[int] = frozenset()) -> float:
         """The lowest score, leaving out some units; infinite if nobody asks."""
@@ -109,7 +108,6 @@ class _Queues:
 
     def _remaining(self, base: int) -> Iterator[tuple[float, int]]:
         entries = self._queue[base]
-        while self._head[base] < len(entries) and entries[self._head[base]][1] in self.gone:
-            self._head[base] += 1
-        rest = islice(entries, self._head[base], None)
-        return (entry for entry in rest if entry[1] not in self.gone)
+        while entries and entries[0][1] in self.gone:
+            entries.popleft()
+        return (entry for entry in entries if entry[1] not in self.gone)

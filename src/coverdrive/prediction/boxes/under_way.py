@@ -28,12 +28,7 @@ _turned_extents = compiled(turned_extents)
 
 
 def lane_changes(paths: PredictedPaths, scene: Scene) -> PredictedPaths:
-    """A path for every vehicle that leaves its box across the road at its lateral speed.
-
-    Args:
-        paths: S paths, one for each vehicle.
-        scene: from which they were predicted.
-    """
+    """A path for every vehicle of a scene that leaves the box of its one path across the road at its lateral speed."""
     now = tuple(np.ascontiguousarray(each, dtype=float) for each in scene.measures)
     points, half_sizes = np.empty_like(paths.points), np.empty_like(paths.half_sizes)
     leaving = np.zeros(len(paths), dtype=bool)

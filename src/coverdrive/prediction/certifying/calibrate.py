@@ -68,14 +68,9 @@ def calibrate(
 ) -> tuple[Rule, tuple[Certificate, ...]]:
     """A rule, and its certificates in every unit that has one, the chosen one first.
 
-    Post-bloating and svm certify both units, as far as there are enough samples.
-
-    Args:
-        tube: radius of the cover.
-        training: scores of the split Ω₁ that trained the network.
-        calibration: those of Ω₂.
-        settings: of the certificate.
-        seed: of methods that draw.
+    It is made from the scores of the split Ω₁, which trained the network, and of Ω₂; the tube is the radius of the
+    cover, and the seed is of methods that draw. Post-bloating and svm certify windows and vehicles, as far as there are
+    enough samples.
 
     Raises:
         CertificateError: a calibration vehicle trained the network, or there are too few for the claim.
@@ -101,15 +96,9 @@ def proved_scales(
 ) -> Float[np.ndarray, "n 2"]:
     """Bounds ε above that of a certificate, and the scale λ from which on each is proved of boxes, all at once.
 
-    Boxes grow with λ, and which λ will be taken is not known when they are calibrated: each of the bounds is proved
-    with a share of the error probability, so that all of them hold with the confidence of the certificate, which at
-    λ = 1 stands by itself. None where there is no confidence.
-
-    Args:
-        rule: that was calibrated, whose boxes have λ = 1.
-        trained_on: keys of the vehicles that trained the network.
-        samples: that calibrated it.
-        certificate: of the rule.
+    The boxes of the rule that the samples calibrated have λ = 1. Boxes grow with λ, and which λ will be taken is not
+    known when they are calibrated: each of the bounds is proved with a share of the error probability, so that all of
+    them hold with the confidence of the certificate, which at λ = 1 stands by itself. None hold without a confidence.
     """
     found = list[tuple[float, float]]()
     bounds = [bound for bound in _BOUNDS if bound > certificate.epsilon]
@@ -130,14 +119,12 @@ def held_back(
 ) -> ScoredSamples:
     """The samples that calibrated a rule, moved so that it misses of each vehicle what the rule of the others misses.
 
-    It tests on the vehicles that calibrate, where no others are left. They are dealt into parts. For each part, a rule
-    is calibrated on all others, by the same method and for the same claim, or where they are too few for that, for what
-    so many can prove, and says what it misses in that part. The network has seen none of them. This is what the
-    procedure misses with a tenth fewer vehicles; the rule that all of them calibrate, which is the one that is kept, is
-    not tested.
-
-    Sets keep the size that the rule gives them. Of samples of boxes, the distances 1 / score − 1 are moved by the ratio
-    of the two sizes, of others, scores by the difference of the two thresholds.
+    Where no other vehicles are left to test on, those that calibrate are dealt into parts. For each part, a rule is
+    calibrated on all others, by the same method and for the same claim, or where they are too few for that, for what so
+    many can prove, and says what it misses there. This is what the procedure misses with a tenth fewer vehicles; the
+    rule that all of them calibrate, which is the one that is kept, is not tested. Sets keep the size that it gives
+    them: of samples of boxes, the distances 1 / score − 1 are moved by the ratio of the two sizes, of others, scores by
+    the difference of the two thresholds.
 
     Raises:
         CertificateError: nine tenths of the vehicles can prove nothing, or the rule has no thresholds.

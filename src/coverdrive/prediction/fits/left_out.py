@@ -22,11 +22,9 @@ _MAP = re.compile(r"(?:C-)?[A-Z]{3}_[A-Za-z0-9]+-[0-9]+(?=_)")
 
 
 def left_out(recordings: Sequence[Path], scenarios: Sequence[Path]) -> list[frozenset[str]]:
-    """The names of the recordings that show something of each scenario.
+    """The names of the recordings, in files or folders, that show something of each scenario.
 
-    Args:
-        recordings: files or folders.
-        scenarios: files; those that cannot be read as recordings are known by their map alone.
+    Scenarios that cannot be read as recordings are known by their map alone.
     """
     parts = [len(_recordings_in(scenario)) for scenario in scenarios]
     found = read([*recordings, *(scenario for scenario, count in zip(scenarios, parts, strict=True) if count)])
@@ -44,14 +42,9 @@ def left_out(recordings: Sequence[Path], scenarios: Sequence[Path]) -> list[froz
 def fit_without(
     names: frozenset[str], recordings: Sequence[Recording], settings: PredictionSettings, seed: int, folder: Path
 ) -> AnyPredictor:
-    """The predictor of all recordings but some, which is fitted once and kept in a folder.
+    """The predictor of all recordings but those of some names, `tested_elsewhere`.
 
-    Args:
-        names: of the recordings that are left out.
-        recordings: to fit on.
-        settings: of the fit.
-        seed: of the fit.
-        folder: where predictors are kept, by the content of what they were made from.
+    It is fitted once, and kept in a folder by the content of what it was made from.
     """
     kept, settings = [each for each in recordings if each.name not in names], tested_elsewhere(settings)
     path = folder / f"{made_from(kept, settings, seed)}.safetensors"
@@ -66,13 +59,13 @@ def tested_elsewhere(settings: PredictionSettings) -> PredictionSettings:
     return settings.model_copy(update={"split": SplitSettings(train=0.6, calibration=0.35)})
 
 
-def _groups(recording: Recording) -> set[int]:
-    return set(recording.table["group"].unique().to_list())
-
-
 def legible(scenario: Path) -> bool:
     """Whether a scenario can be read as a recording."""
     return bool(_recordings_in(scenario))
+
+
+def _groups(recording: Recording) -> set[int]:
+    return set(recording.table["group"].unique())
 
 
 def _recordings_in(scenario: Path) -> Sequence[Recording]:
