@@ -34,12 +34,17 @@ def conformal(calibration: Calibration, claim: Claim, per_base: bool = False) ->
     groups = bases if per_base else 1
     shared = None if claim.confidence is None else 1 - (1 - claim.confidence) / groups
     scores = [_scores(calibration, base) for base in range(bases)] if per_base else [_scores(calibration)]
-    lowest = np.array([_threshold(score, epsilon, shared) for score in scores])
+    misses = [
+        marginal_misses_allowed(epsilon, len(each)) if shared is None else misses_allowed(epsilon, shared, len(each))
+        for each in scores
+    ]
+    pairs = list(zip(scores, misses, strict=True))
+    lowest = np.array([np.partition(each, most)[most] if most >= 0 else -np.inf for each, most in pairs])
     if not np.isfinite(lowest).any():
-        most = max(scores, key=len)
-        count, allowed = len(most), _misses(epsilon, shared, len(most))
+        asked, allowed = max(pairs, key=lambda pair: len(pair[0]))
+        count, outside = len(asked), int(np.isinf(asked).sum())
         least = 1 / (count + 1) if shared is None else rate_limit(shared, 0, count)
-        raise refusal(calibration.kind, count, int(np.isinf(most).sum()), epsilon, allowed, least)
+        raise refusal(calibration.kind, count, outside, epsilon, allowed, least)
     lowest = np.broadcast_to(lowest, bases)
     rule = Thresholds.at(lowest, calibration.tube)
     name = f"{promise}-{'per-base' if groups > 1 else 'pooled'}"
@@ -47,21 +52,8 @@ def conformal(calibration: Calibration, claim: Claim, per_base: bool = False) ->
     return rule, calibration.certificate(name, epsilon, claim, rule, groups=groups, unseen_bases=unseen)
 
 
-def _misses(epsilon: float, confidence: float | None, count: int) -> int:
-    """Greatest number of calibration units that may be missed; negative if ε is impossible."""
-    if confidence is None:
-        return marginal_misses_allowed(epsilon, count)
-    return misses_allowed(epsilon, confidence, count)
-
-
 def _scores(calibration: Calibration, base: int | None = None) -> Float[np.ndarray, " n"]:
     """Lowest score, in the base or in all that it drove, of every unit that drove it; −∞ if it left the tube there."""
     _, driven, score = calibration.demands
     lowest = calibration.level(score if base is None else np.where(driven == base, score, np.inf))
     return lowest[lowest < np.inf]
-
-
-def _threshold(scores: Float[np.ndarray, " n"], epsilon: float, confidence: float | None) -> float:
-    """1 − d, or −∞ if there is no valid one."""
-    misses = _misses(epsilon, confidence, len(scores))
-    return float(np.partition(scores, misses)[misses]) if misses >= 0 else -np.inf
