@@ -213,6 +213,11 @@ def test_a_life_remembers_and_can_be_lived_again_from_what_was_kept() -> None:
     assert fixed["scale"].null_count() == 3
 
 
+def test_a_trial_begins_with_what_is_known_whatever_the_smallest_sets_are() -> None:
+    belief = Adaptive(BOXES, smallest=2.0, start=3.0)
+    assert belief.anew().kept == belief.kept
+
+
 def test_trials_of_a_study_do_not_depend_on_each_other() -> None:
     belief = Adaptive(BOXES, rate=0.05)
     setup = setup_of(belief)
