@@ -215,11 +215,10 @@ def _joined(one: ScoredSamples, other: ScoredSamples) -> ScoredSamples:
 def _grown(
     train: ScoredSamples, calibration: ScoredSamples, test: ScoredSamples, mixed: ScoredSamples, tube: float
 ) -> Growth:
-    trained_on = np.unique(train.vehicle)
     bases, samples = test.scores.shape[1], len(calibration)
-    units, claim = Calibration.of(calibration, tube, trained_on), Claim(confidence=CONFIDENCE)
+    units, claim = Calibration.of(calibration, tube, train.vehicle), Claim(confidence=CONFIDENCE)
     bloated, _ = post_bloat(units, claim)
-    drawn, _ = post_bloat(Calibration.of(mixed.of(np.arange(samples)), tube, trained_on), claim)
+    drawn, _ = post_bloat(Calibration.of(mixed.of(np.arange(samples)), tube, train.vehicle), claim)
     theorem, _, exact, family = _bounds(bases, samples)
     none_missed = Claim(family + _ROUNDING, CONFIDENCE)
     shaped, _ = nested_sets(units, none_missed, quantile_sets(train))
@@ -245,7 +244,7 @@ def _conformal_row(
     tube: float,
     printed: tuple[float, float, float],
 ) -> ConformalRow:
-    units = Calibration.of(calibration, tube, np.unique(train.vehicle))
+    units = Calibration.of(calibration, tube, train.vehicle)
 
     def residuals(per_base: bool, confidence: float | None) -> Residuals | None:
         try:

@@ -41,11 +41,10 @@ class ScoredSides:
 
     def save(self, path: Path) -> None:
         """Write them to a file; an interrupted write leaves no file behind."""
-        sides = {side: vars(getattr(self, side)) for side in _SIDES}
         arrays = {
             f"{side}.{name}": values
-            for side, samples in sides.items()
-            for name, values in samples.items()
+            for side in _SIDES
+            for name, values in vars(getattr(self, side)).items()
             if values is not None
         }
         save_arrays(path, "scores", {"predictor": self.predictor}, arrays)
