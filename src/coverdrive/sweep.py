@@ -16,11 +16,8 @@ PARTS = ("planner", "episode", "traffic")
 def changes_of(settings: Sequence[str]) -> dict[str, Any]:
     """The values of some settings as nested tables of an experiment; what stands last holds.
 
-    Args:
-        settings: each a dotted name, an equals sign and a value in TOML's notation; text needs no quotes.
-
-    Raises:
-        SettingError: a setting is not of this form.
+    Each is a dotted name, an equals sign and a value in TOML's notation, where text needs no quotes; what is not of
+    this form is a `SettingError`.
     """
     return _nested([(name, _value(text)) for name, text in map(_split, settings)])
 
@@ -28,14 +25,8 @@ def changes_of(settings: Sequence[str]) -> dict[str, Any]:
 def sweep(settings: Sequence[str]) -> dict[str, dict[str, Any]]:
     """Every combination of the values of some settings as nested tables of an experiment, by what differs.
 
-    That is fit for the name of a folder.
-
-    Args:
-        settings: each a dotted name, an equals sign, and values in TOML's notation with commas between them; text
-            needs no quotes.
-
-    Raises:
-        SettingError: a setting is not of this form, is named twice, or cannot differ between studies of one predictor.
+    That is fit for the name of a folder. Settings are as of `changes_of`, with commas between their values; one that is
+    named twice, or cannot differ between studies of one predictor, is a `SettingError`, too.
     """
     parsed = [_split(setting) for setting in settings]
     names = [name for name, _ in parsed]
