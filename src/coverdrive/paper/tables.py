@@ -179,14 +179,15 @@ def make_tables(
     Raises:
         CertificateError: a calibration vehicle trained the network, or there are fewer calibration samples than bases.
     """
-    outside, vehicle = (np.r_[getattr(calibration, each), getattr(test, each)] for each in ("distance", "vehicle"))
-    uncovered = Rate.by_cluster(outside > tube, vehicle)
-    train, calibration, test = (side.of(np.flatnonzero(side.distance <= tube)) for side in (train, calibration, test))
+    both = _joined(calibration, test)
+    uncovered = Rate.by_cluster(both.distance > tube, both.vehicle)
+    train, calibration, test, mixed = (
+        side.of(np.flatnonzero(side.distance <= tube)) for side in (train, calibration, test, both)
+    )
     names, number = np.unique(calibration.vehicle, return_inverse=True)
     ordered = calibration.of(np.argsort(np.random.default_rng(seed).permutation(len(names))[number], kind="stable"))
     sizes = table_1_sizes(len(ordered))
     steps = len(sizes) + len(TABLE_2)
-    mixed = _joined(calibration, test)
     mixed = mixed.of(np.random.default_rng(seed).permutation(len(mixed)))
     growth: list[Growth] = []
     for size in sizes:
