@@ -9,7 +9,7 @@ import enum
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool
 
 from coverdrive.geometry import axis_gap, boxes_overlap, turned_extents
 from coverdrive.road import Road
@@ -92,19 +92,13 @@ def judge(before: Scene, after: Scene, road: Road = _STRAIGHT) -> tuple[Kind, in
 def contacts(scene: Scene, road: Road = _STRAIGHT) -> Bool[np.ndarray, "*batch A A"]:
     """Whether the bodies of two different valid vehicles overlap, for every pair of slots; on the map of a road."""
     half_sizes = scene.half_sizes
-    centre, heading = bodies_of(scene, road)
+    centre, heading = road.bodies_to_map(scene.lon, scene.lat, scene.heading)
     overlap = boxes_overlap(
         centre[..., :, None, :], heading[..., :, None], half_sizes[..., :, None, :],
         centre[..., None, :, :], heading[..., None, :], half_sizes[..., None, :, :],
     )  # fmt: skip
     different = ~np.eye(scene.vehicles, dtype=bool)
     return overlap & different & scene.valid[..., :, None] & scene.valid[..., None, :]
-
-
-def bodies_of(scene: Scene, road: Road) -> tuple[Float[np.ndarray, "*batch A 2"], Float[np.ndarray, "*batch A"]]:
-    """Centres [m] and directions [rad] of the bodies on the map of a road."""
-    lon, lat, heading = (np.asarray(each) for each in (scene.lon, scene.lat, scene.heading))
-    return road.bodies_to_map(lon, lat, heading)
 
 
 def _kind(before: Scene, partner: int) -> Kind:

@@ -74,14 +74,12 @@ def _flat(trace: Trace) -> dict[str, np.ndarray]:
 def _flat_road(road: Road) -> dict[str, Any]:
     """The fields of a road by name, but for those that are None."""
     parts = {"road": road, "line": road.line, "changing": road.changing}
-    values = {
-        f"{name}.{field.name}": getattr(part, field.name)
+    return {
+        f"{name}.{field.name}": value
         for name, part in parts.items()
         if part is not None
         for field in fields(part)
-    }
-    return {
-        name: value for name, value in values.items() if value is not None and name.removeprefix("road.") not in parts
+        if field.name not in parts and (value := getattr(part, field.name)) is not None
     }
 
 

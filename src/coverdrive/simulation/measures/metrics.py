@@ -6,7 +6,7 @@ from jaxtyping import Bool, Float
 from coverdrive.distances import FREE, Kept, kept
 from coverdrive.geometry import body_distance, boxes_overlap, turned_half_extents
 from coverdrive.plan import Status
-from coverdrive.simulation.drives.outcome import bodies_of, contacts
+from coverdrive.simulation.drives.outcome import contacts
 from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.roads.initial import EGO
 
@@ -42,10 +42,11 @@ def road_departure(trace: Trace) -> float:
 
 def gaps(trace: Trace) -> Float[np.ndarray, " m"]:
     """Distance [m] of the ego's body to the nearest other one at every moment; infinite without another."""
-    (centre, heading), half_sizes = bodies_of(trace.scene, trace.road), trace.scene.half_sizes
-    others = np.arange(trace.scene.vehicles) != EGO
+    scene, half_sizes = trace.scene, trace.scene.half_sizes
+    centre, heading = trace.road.bodies_to_map(scene.lon, scene.lat, scene.heading)
+    others = np.arange(scene.vehicles) != EGO
     own, other = ((centre[:, slots], heading[:, slots], half_sizes[:, slots]) for slots in (np.array([EGO]), others))
-    there = np.asarray(trace.scene.valid)[:, others]
+    there = np.asarray(scene.valid)[:, others]
     return body_distance(*own, *other).min(-1, initial=np.inf, where=there)
 
 

@@ -11,7 +11,7 @@ from coverdrive.geometry import body_distance
 from coverdrive.recordings.recording import Recording
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-from coverdrive.simulation.drives.outcome import Fault, Kind, bodies_of
+from coverdrive.simulation.drives.outcome import Fault, Kind
 from coverdrive.simulation.measures.trial import STARTED
 
 NEAR_GAP = 1.0
@@ -51,7 +51,7 @@ def recorded_near_misses(recordings: Sequence[Recording]) -> dict[str, float]:
 
 def _close(scene: Scene, road: Road, slots: Int[np.ndarray, " n"]) -> Int[np.ndarray, " m"]:
     """Those of some slots, of a scene with a leading axis of 1, whose bodies are nearer to one another than that."""
-    (centre, heading), half_sizes = bodies_of(scene, road), scene.half_sizes[0]
+    (centre, heading), half_sizes = road.bodies_to_map(scene.lon, scene.lat, scene.heading), scene.half_sizes[0]
     reach = np.hypot(*half_sizes.T)[slots]
     apart = np.hypot(*np.moveaxis(centre[0, slots] - centre[0, slots, None], -1, 0)) - reach - reach[:, None]
     pairs = slots[np.array(np.nonzero(np.triu(apart < NEAR_GAP, k=1)))]
