@@ -12,6 +12,12 @@ _PAUSE = 0.5
 """[s] between two looks"""
 
 
+def begin_worker(parent: int) -> None:
+    """Begin a worker of a process of this number, on one thread for XLA, which reads NPROC before its first work."""
+    os.environ["NPROC"] = "1"
+    end_with_parent(parent)
+
+
 def end_with_parent(parent: int) -> None:
     """Let this process end within a second of its parent, a process of this number, which may be gone by now."""
     threading.Thread(target=_watch, args=(parent,), daemon=True, name="watches the parent").start()

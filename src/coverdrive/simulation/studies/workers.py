@@ -21,7 +21,7 @@ from joblib.externals.loky import get_reusable_executor  # pyright: ignore[repor
 from coverdrive.errors import DataError, SettingError
 from coverdrive.extras import require
 from coverdrive.simulation.measures.trial import Row
-from coverdrive.simulation.studies.orphans import end_with_parent
+from coverdrive.simulation.studies.orphans import begin_worker
 
 _CONNECT = "10s"
 """time that a cluster has to answer"""
@@ -101,7 +101,7 @@ def _called(function: Callable[[], object]) -> None:
 def _processes() -> Generator[None]:
     """Let joblib run on processes of this machine, which end with this one and serve until then."""
     try:
-        with _one_thread_each(), parallel_config("loky", inner_max_num_threads=1, initializer=_watch(os.getpid())):
+        with parallel_config("loky", inner_max_num_threads=1, initializer=_beginning(os.getpid())):
             yield
     except BrokenProcessPool as error:
         raise DataError(
@@ -111,9 +111,9 @@ def _processes() -> Generator[None]:
 
 
 @cache
-def _watch(process: int) -> Callable[[], None]:
+def _beginning(process: int) -> Callable[[], None]:
     """What a worker of a process begins with: always the same function, or joblib would start other workers for it."""
-    return partial(end_with_parent, process)
+    return partial(begin_worker, process)
 
 
 def end_processes() -> None:
@@ -189,17 +189,3 @@ def _freeze() -> None:
     """
     gc.collect()
     gc.freeze()
-
-
-@contextmanager
-def _one_thread_each() -> Generator[None]:
-    """Let processes started meanwhile use one thread for XLA, which reads NPROC; joblib limits BLAS and OpenMP."""
-    before = os.environ.get("NPROC")
-    os.environ["NPROC"] = "1"
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ["NPROC"]
-        else:
-            os.environ["NPROC"] = before
