@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import polars as pl
-from jaxtyping import Int
 from pydantic import Field
 
 from coverdrive.distances import FREE, kept
@@ -116,12 +115,10 @@ def recorded_place(recordings: Sequence[Recording]) -> Place:
     95 % quantile of the speeds of vehicles that nobody keeps from driving faster (time gaps of more than 3 s). Sizes
     are those of 20 vehicles from the shortest to the longest, as many long ones as were recorded.
     """
-    rows = np.array([len(each.table) for each in recordings])
-    kept = [_lanes_that_go_on(each.road) for each in recordings]
-    count = np.repeat([len(each) for each in kept], rows)
-    lanes = int(np.bincount(count).argmax())
+    counts = [_lanes_that_go_on(each.road) for each in recordings]
+    lanes = int(np.bincount(counts, weights=[len(each.table) for each in recordings]).argmax())
     widths = np.concatenate([np.repeat(np.diff(each.road.edges), len(each.table)) for each in recordings])
-    alike = [each for each, found in zip(recordings, kept, strict=True) if len(found) == lanes]
+    alike = [each for each, count in zip(recordings, counts, strict=True) if count == lanes]
     road = max(alike, key=lambda each: len(each.table)).road
     speeds = np.concatenate([each.table["speed"].to_numpy() for each in recordings])
     pairs = pl.concat([following(each) for each in recordings])
@@ -132,12 +129,13 @@ def recorded_place(recordings: Sequence[Recording]) -> Place:
     number = (_STRETCH[1] - _STRETCH[0]) * lanes / spacing.mean() if len(spacing) else 0.0
     room = spacing.mean() / _CROWDED - (spacing - gap).mean() if len(gap) else 0.0
     start = -_STRETCH[0] + 40.0
+    length = start + _STRETCH[1] + _LONGEST * wanted
     initial = InitialSettings(
         lanes=lanes,
         lane_width=_rounded(np.median(widths), 2),
-        curvature=_curvature(road, start + _STRETCH[1] + _LONGEST * wanted),
+        curvature=_curvature(road, length),
         speed_limit=road.speed_limit or UNLIMITED,
-        road_length=float(np.ceil(start + _STRETCH[1] + _LONGEST * wanted)),
+        road_length=float(np.ceil(length)),
         position=start,
         ego_speed=median,
         traffic_speed=median,
@@ -177,9 +175,9 @@ def _manners(recordings: Sequence[Recording]) -> MannersSettings:
     return MannersSettings.model_validate(usual)
 
 
-def _lanes_that_go_on(road: Road) -> Int[np.ndarray, " kept"]:
-    """Those that are there along half of the road at least."""
-    return np.flatnonzero(road.has_lane(np.linspace(0.0, float(road.length), 200)).mean(0) >= 0.5)
+def _lanes_that_go_on(road: Road) -> int:
+    """How many are there along half of the road at least."""
+    return int((road.has_lane(np.linspace(0.0, float(road.length), 200)).mean(0) >= 0.5).sum())
 
 
 def _curvature(road: Road, length: float) -> tuple[tuple[float, float], ...]:
