@@ -137,8 +137,8 @@ class Motorway(gymnasium.Env[Any, Any]):
         self._traffic = traffic_of(_alone(traffic), predictor, cut_scenarios(recordings))
         place = recorded_place(recordings) if recordings else Place(vehicles=(5,))
         self._vehicles = wholes("vehicles", place.vehicles if vehicles is None else vehicles, 0, MOST_VEHICLES)
-        self._given, self._sets = predictor, given.sets
-        self._predictor: Belief | None = predictor
+        self._given = predictor if given.sets else None
+        self._predictor: Belief | None = None
         self._paths: PredictedPaths | None = None
         own = given.episode.model_dump(exclude_unset=True)
         self._settings = EpisodeSettings.model_validate(merged(place.parts["episode"], own))
@@ -168,9 +168,7 @@ class Motorway(gymnasium.Env[Any, Any]):
         self._scenes, self._steps, self._outcome = [scene], [], None
         self._applied, self._open = (0.0, 0.0), True
         self._paths, self._predictor = None, self._given and as_given(self._given)
-        info = self._info()
-        self._show()
-        return self._shown(scene, self.road), info
+        return self._told()
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Drive for one time step; it ends with a contact, off the road, or when its time is over.
@@ -197,9 +195,8 @@ class Motorway(gymnasium.Env[Any, Any]):
         reward, across = self._reward, speed * self._applied[1]
         missing = abs(speed * np.cos(heading) / reward.wanted_speed - 1)
         gained = 1 - missing - reward.discomfort * (self._applied[0] ** 2 + across**2)
-        info = self._info(off_road)
-        self._show()
-        return self._shown(moved.scene, self.road), dt * gained - reward.contact * ended, ended, late, info
+        observation, info = self._told(off_road)
+        return observation, dt * gained - reward.contact * ended, ended, late, info
 
     @property
     def road(self) -> Road:
@@ -232,7 +229,7 @@ class Motorway(gymnasium.Env[Any, Any]):
         Raises:
             SettingError: there are no sets, or there is no step.
         """
-        if not self._sets:
+        if self._given is None:
             raise SettingError("a trace has the predicted sets of every step; make the environment with sets=True")
         if not self._steps:
             raise SettingError("a trace has at least one step, and none was driven; reset the environment and drive")
@@ -268,12 +265,14 @@ class Motorway(gymnasium.Env[Any, Any]):
         now = (len(self._scenes) - 1) * self._settings.step
         return self.scene, self.road, self._paths, f"{now:.1f} s   {self.scene.speed[EGO]:.1f} m/s"
 
-    def _show(self) -> None:
-        """Show what is now in a window, if there is one."""
+    def _told(self, off_road: bool = False) -> tuple[Any, dict[str, Any]]:
+        """What is observed, and the info of it; in a window, if there is one, it is shown."""
+        info = self._info(off_road)
         if self._view is not None:
             self._view.show(*self._seen())
+        return self._shown(self.scene, self.road), info
 
-    def _info(self, off_road: bool = False) -> dict[str, Any]:
+    def _info(self, off_road: bool) -> dict[str, Any]:
         """How it went, and what is predicted if it is asked for."""
         found = self._outcome
         info: dict[str, Any] = {
@@ -282,7 +281,7 @@ class Motorway(gymnasium.Env[Any, Any]):
             "partner": found.partner if found and found.partner is not None else -1,
             "off_road": off_road,
         }
-        if self._given is not None and self._predictor is not None and self._sets:
+        if self._given is not None and self._predictor is not None:
             with blaming("predictor", self._predictor):
                 steps = int(self._given.horizon / _PATH_STEP + 1e-9)
                 self._paths = self._predictor.predict(self.scene, self.road, EGO, _PATH_STEP, steps)
