@@ -171,19 +171,22 @@ def _of_means(name: str, ours: pl.DataFrame, theirs: pl.DataFrame, confidence: f
     finite = np.isfinite(a) & np.isfinite(b)
     a, b = a[finite], b[finite]
     one, two = (float(a.mean()), float(b.mean())) if len(a) else (np.nan, np.nan)
-    low, high, p = paired_t(b - a, confidence) if len(a) > 1 else (np.nan, np.nan, np.nan)
-    return Difference(name, len(a), one, two, low, high, p)
+    return Difference(name, len(a), one, two, *paired_t(b - a, confidence))
 
 
 def paired_t(difference: Float[np.ndarray, " n"], confidence: float) -> tuple[float, float, float]:
     """Student's interval of a mean difference, and the probability of a mean as far from zero if there were none.
 
-    Differences that are all equal tell nothing of how they spread: they have no interval; the probability is 1 if
-    all are zero, and unknown otherwise. Where few of few pairs differ, the probability is too large rather than too
-    small, but if they all differ in one direction, the interval ends too near to zero: with 1 in 10 pairs that differ,
-    by exponential amounts, the mean is farther in 13 % of the cases with 100 pairs, and in 20 % with 20 or 40.
+    Fewer than two tell nothing. Differences that are all equal tell nothing of how they spread: they have no interval;
+    the probability is 1 if all are zero, and unknown otherwise. Where few of few pairs differ, the probability is too
+    large rather than too small, but if they all differ in one direction, the interval ends too near to zero: with 1 in
+    10 pairs that differ, by exponential amounts, the mean is farther in 13 % of the cases with 100 pairs, and in 20 %
+    with 20 or 40.
     """
-    n, mean = len(difference), float(difference.mean())
+    n = len(difference)
+    if n < 2:
+        return np.nan, np.nan, np.nan
+    mean = float(difference.mean())
     error = float(difference.std(ddof=1) / np.sqrt(n))
     if error <= _ALIKE * abs(mean):
         return np.nan, np.nan, 1.0 if mean == 0 else np.nan
@@ -193,5 +196,5 @@ def paired_t(difference: Float[np.ndarray, " n"], confidence: float) -> tuple[fl
 
 def mean_interval(values: Float[np.ndarray, " n"], confidence: float) -> tuple[float, float] | tuple[None, None]:
     """Student's interval of a mean; none of fewer than two values, and of those that are all equal."""
-    low, high, _ = paired_t(values, confidence) if len(values) > 1 else (np.nan, np.nan, np.nan)
+    low, high, _ = paired_t(values, confidence)
     return (None, None) if np.isnan(low) else (low, high)
