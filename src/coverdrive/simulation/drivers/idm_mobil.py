@@ -62,10 +62,6 @@ class Drivers(NamedTuple):
     threshold: Values
     safe_deceleration: Values
 
-    def at(self, slot: Int[np.ndarray, "*batch A"]) -> "Drivers":
-        """The drivers in other slots of the same scene."""
-        return Drivers(*(of(slot, values) for values in self))
-
 
 def of(slot: Int[np.ndarray, "*batch A"], values: Values) -> Values:
     """The values of the vehicles in other slots of the same scene."""

@@ -67,7 +67,7 @@ def accepts(hasty: Drivers, speed: Values, target: Neighbours) -> Bool[np.ndarra
     """Whether the gap beside is large enough for a driver who has to take it."""
     leader, follower = of(target.leader, speed), of(target.follower, speed)
     own = follow(hasty, speed, target.gap, leader)
-    new = hasty.at(target.follower)._replace(time_gap=hasty.time_gap)
+    new = Drivers(*(of(target.follower, values) for values in hasty))._replace(time_gap=hasty.time_gap)
     behind = np.where(target.rear_gap < FREE, follow(new, follower, target.rear_gap, speed), 0.0)
     near = np.minimum(target.gap, target.rear_gap) <= hasty.minimum_gap
     return ~near & (np.minimum(own, behind) >= -hasty.safe_deceleration)

@@ -7,7 +7,7 @@ the time in which it would appear on the ego. Use scenes that neither trained no
 (`coverdrive.prediction.data.held_out`). F moments, A vehicles.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -67,12 +67,11 @@ class Scenario:
 
 def hash_of_scenarios(scenarios: Sequence[Scenario]) -> str:
     """A short hash of who drove where, and on which roads."""
-    return fingerprint(*(array for each in scenarios for array in _arrays(each)))
-
-
-def _arrays(scenario: Scenario) -> Iterator[np.ndarray]:
-    yield from (scenario.states, scenario.sizes, scenario.valid, np.array(scenario.dt), np.array(scenario.road.side))
-    yield from map(np.asarray, jax.tree.leaves(scenario.road))
+    told = list[np.ndarray]()
+    for each in scenarios:
+        parts = each.states, each.sizes, each.valid, each.dt, each.road.side, *jax.tree.leaves(each.road)
+        told.extend(map(np.asarray, parts))
+    return fingerprint(*told)
 
 
 def cut_scenarios(recordings: Sequence[Recording]) -> tuple[Scenario, ...]:
