@@ -4,7 +4,8 @@ S paths of P = K + 1 points each: the start and the K steps of the plan. Several
 members of its predicted set.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import jax
 import numpy as np
@@ -53,11 +54,19 @@ class PredictedPaths:
 
     def joined(self, other: "PredictedPaths") -> "PredictedPaths":
         """These paths and more of the same times; boxes count, ellipses are forgotten."""
-        weights = [np.ones(len(each)) if each.weight is None else each.weight for each in (self, other)]
-        return PredictedPaths(
-            np.concatenate([self.points, other.points]),
-            np.concatenate([self.vehicle, other.vehicle]),
-            np.concatenate([self.half_sizes, other.half_sizes]),
-            self.dt,
-            weight=np.concatenate(weights),
-        )
+        both = together((self, other))
+        return replace(both, ellipses=None, weight=np.ones(len(both)) if both.weight is None else both.weight)
+
+
+def together(parts: Sequence[PredictedPaths]) -> PredictedPaths:
+    """Paths of the same times behind one another; ellipses and weights say what they mean where a part has none."""
+    ellipses = weight = None
+    if any(each.ellipses is not None for each in parts):
+        free = (np.full_like(each.points, np.inf) if each.ellipses is None else each.ellipses for each in parts)
+        ellipses = np.concatenate(list(free))
+    if any(each.weight is not None for each in parts):
+        weight = np.concatenate([np.ones(len(each)) if each.weight is None else each.weight for each in parts])
+    points, vehicle, half_sizes = (
+        np.concatenate([getattr(each, name) for each in parts]) for name in ("points", "vehicle", "half_sizes")
+    )
+    return PredictedPaths(points, vehicle, half_sizes, parts[0].dt, ellipses, weight)

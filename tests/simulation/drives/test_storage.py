@@ -64,6 +64,16 @@ def test_what_paths_may_have_besides_is_kept(name: str, tmp_path):
         assert np.array_equal(getattr(found, name), value)
 
 
+def test_where_only_some_steps_have_ellipses_the_centre_may_be_anywhere_in_the_others(tmp_path):
+    trace = a_trace(3)
+    first, *others = trace.paths
+    mixed = replace(trace, paths=(replace(first, ellipses=first.half_sizes / 3), *others))
+    save_trace(mixed, tmp_path / "trace.npz")
+    found = load_trace(tmp_path / "trace.npz")
+    assert np.array_equal(found.all_paths[1].ellipses, mixed.all_paths[1].ellipses)
+    assert np.isfinite(found.paths[0].ellipses).all() and np.isinf(found.paths[1].ellipses).all()
+
+
 def test_a_plan_keeps_its_fail_safe_branch_and_severity_or_that_it_has_none(tmp_path):
     trace = a_trace(3)
     branch, (first, second, *others) = trace.plans[0].states + 1.0, trace.plans

@@ -6,7 +6,7 @@ The predicted paths of all steps lie behind one another; ``paths.count`` says ho
 import zipfile
 import zlib
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from coverdrive.errors import DataError
 from coverdrive.files import write_arrays
-from coverdrive.paths import PredictedPaths
+from coverdrive.paths import PredictedPaths, together
 from coverdrive.plan import Plan, Status
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import LaneEdges, Road
@@ -23,8 +23,6 @@ from coverdrive.simulation.drives.outcome import Fault, Kind, Outcome
 from coverdrive.simulation.drives.trace import Trace
 
 _STEPS = ("base", "stuck", "missed", "prediction_seconds", "planning_seconds", "wall_seconds")
-_PATHS = ("points", "vehicle", "half_sizes")
-_OPTIONAL = ("ellipses", "weight")
 _NOBODY = -1
 
 
@@ -49,7 +47,7 @@ def load_trace(path: Path) -> Trace:
 def _flat(trace: Trace) -> dict[str, np.ndarray]:
     """All arrays of a trace by name."""
     paths, plans, outcome = trace.paths, trace.plans, trace.outcome
-    values: dict[str, Any] = {
+    values = {
         "time": trace.time,
         **_flat_road(trace.road),
         **{f"scene.{name}": value for name, value in vars(trace.scene).items()},
@@ -59,15 +57,12 @@ def _flat(trace: Trace) -> dict[str, np.ndarray]:
         "plan.fail_safe": [
             np.full_like(plan.states, np.nan) if plan.fail_safe is None else plan.fail_safe for plan in plans
         ],
-        **{f"paths.{name}": np.concatenate([getattr(each, name) for each in paths]) for name in _PATHS},
+        **{f"paths.{name}": value for name, value in vars(together(paths)).items() if value is not None},
         "paths.count": [len(each) for each in paths],
         "paths.dt": [each.dt for each in paths],
         **{f"outcome.{name}": value for name, value in vars(outcome).items()},
         "outcome.partner": _NOBODY if outcome.partner is None else outcome.partner,
     }
-    for name in _OPTIONAL:
-        if all(getattr(each, name) is not None for each in paths):
-            values[f"paths.{name}"] = np.concatenate([getattr(each, name) for each in paths])
     return {name: np.asarray(value) for name, value in values.items()}
 
 
@@ -95,10 +90,9 @@ def _trace(arrays: Mapping[str, np.ndarray]) -> Trace:
     plans = {key: value.tolist() if value.ndim == 1 else value for key, value in part("plan").items()}
     plans["status"] = [Status(each) for each in plans["status"]]
     plans["fail_safe"] = [None if np.isnan(each).any() else each for each in plans["fail_safe"]]
-    ends = np.cumsum(paths["count"])[:-1]
-    columns = [np.split(paths[name], ends) for name in _PATHS]
-    dts = paths["dt"].tolist()
-    optional = [np.split(paths[name], ends) if name in paths else [None] * len(dts) for name in _OPTIONAL]
+    counts, dts = paths.pop("count"), paths.pop("dt").tolist()
+    all_paths = PredictedPaths(**paths, dt=0.0)
+    of_steps = np.split(np.arange(len(all_paths)), np.cumsum(counts)[:-1])
     partner = None if outcome["partner"] == _NOBODY else outcome["partner"]
     return Trace(
         time=arrays["time"],
@@ -108,7 +102,7 @@ def _trace(arrays: Mapping[str, np.ndarray]) -> Trace:
             line=ReferenceLine(**part("line")) if "line.start" in arrays else None,
             changing=LaneEdges(**part("changing")) if "changing.lon" in arrays else None,
         ),
-        paths=tuple(PredictedPaths(*row) for row in zip(*columns, dts, *optional, strict=True)),
+        paths=tuple(replace(all_paths.of(own), dt=dt) for own, dt in zip(of_steps, dts, strict=True)),
         plans=tuple(Plan(**dict(zip(plans, row, strict=True))) for row in zip(*plans.values(), strict=True)),
         **{name: arrays[name] for name in _STEPS},
         outcome=Outcome(Kind(outcome["kind"]), outcome["time"], partner, Fault(outcome["at_fault"])),

@@ -12,7 +12,7 @@ import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from coverdrive.paths import PredictedPaths
+from coverdrive.paths import PredictedPaths, together
 from coverdrive.plan import Plan, Status
 from coverdrive.road import Road
 from coverdrive.scene import Scene
@@ -82,17 +82,8 @@ class Trace:
     @cached_property
     def all_paths(self) -> tuple[Int[np.ndarray, " S"], PredictedPaths]:
         """The paths of all steps behind one another, and the step at whose start each of them was predicted."""
-        counts, ellipses = [len(each) for each in self.paths], None
-        if any(each.ellipses is not None for each in self.paths):
-            free = (
-                np.full_like(each.points, np.inf) if each.ellipses is None else each.ellipses for each in self.paths
-            )
-            ellipses = np.concatenate(list(free))
-        points, vehicle, half_sizes = (
-            np.concatenate([getattr(each, name) for each in self.paths]) for name in ("points", "vehicle", "half_sizes")
-        )
-        paths = PredictedPaths(points, vehicle, half_sizes, self.paths[0].dt, ellipses)
-        return np.repeat(np.arange(len(counts)), counts), paths
+        counts = [len(each) for each in self.paths]
+        return np.repeat(np.arange(len(counts)), counts), together(self.paths)
 
     @property
     def horizon(self) -> float:
