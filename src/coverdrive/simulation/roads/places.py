@@ -93,7 +93,7 @@ def place_of(road: str | None, like: Place | None) -> tuple[str, Place]:
     return name, place
 
 
-def is_replayed_on(road: str | None, made_on: str = "recorded") -> bool:
+def is_replayed_on(road: str | None, made_on: str) -> bool:
     """Whether a road that is asked for, if any is, is that on which was recorded."""
     return road in (None, "recorded", made_on)
 

@@ -42,8 +42,6 @@ AnyPlanner = Planner | Callable[[], Planner]
 AnyTraffic = str | TrafficSettings | Traffic | Callable[[], Traffic]
 """the name of a traffic, settings of one, a model of your own, or what makes one"""
 
-_PLAIN = (bool, int, float, str)
-
 Participants = tuple[Belief, Planner, Traffic]
 """who takes part in an episode; built once per process, because solvers cannot move between processes"""
 
@@ -202,7 +200,7 @@ def described(part: Any, within: tuple[int, ...] = ()) -> Any:
         return part.model_dump(mode="json")
     if isinstance(part, np.generic):
         part = part.item()
-    if part is None or isinstance(part, _PLAIN):
+    if isinstance(part, bool | int | float | str | None):
         return part
     if isinstance(part, bytes | Path | date | set | frozenset | pl.DataFrame | Recording):
         return {name_of(type(part)): _hash_of(part)}

@@ -78,7 +78,7 @@ class Study:
     def traces(self, trials: Sequence[int]) -> dict[int, Trace]:
         """Several such drives by the numbers of their trials; a DataError if the study replayed other recordings."""
         if trials and not self.files.exists:
-            self.files.claim(self._loaded.description())
+            _ = self._loaded  # makes the folder its own
         traces: dict[int, Trace] = {}
         with stage("drives"):
             for number, trial in enumerate(trials):
