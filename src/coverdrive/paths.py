@@ -54,8 +54,9 @@ class PredictedPaths:
 
     def joined(self, other: "PredictedPaths") -> "PredictedPaths":
         """These paths and more of the same times; boxes count, ellipses are forgotten."""
-        both = together((self, other))
-        return replace(both, ellipses=None, weight=np.ones(len(both)) if both.weight is None else both.weight)
+        first, second = (replace(each, ellipses=None) for each in (self, other))
+        both = together((first, second))
+        return both if both.weight is not None else replace(both, weight=np.ones(len(both)))
 
 
 def together(parts: Sequence[PredictedPaths]) -> PredictedPaths:
