@@ -148,8 +148,7 @@ class Motorway(gymnasium.Env[Any, Any]):
         self._view = View(render_mode == "human", self._settings.step) if render_mode else None
         self.observation_space, self._shown = observation_of(given.observation, given.slots)
         self._discrete = given.action == "discrete"
-        box = gymnasium.spaces.Box(-1.0, 1.0, (2,))
-        self.action_space = gymnasium.spaces.Discrete(9) if self._discrete else box
+        self.action_space = gymnasium.spaces.Discrete(9) if self._discrete else gymnasium.spaces.Box(-1.0, 1.0, (2,))
         self._outcome: Outcome | None = None
         self._scenes, self._steps, self._open = list[Scene](), list[Step](), False
 

@@ -32,14 +32,11 @@ def driven_on(setup: Setup) -> str:
 
 def _which(start: InitialSettings, recorded: InitialSettings | None) -> str:
     """Whose road it is."""
-    if recorded and _comparable(recorded) == _comparable(start):
+    own = Place(initial=start).parts["episode"]
+    if recorded and own == Place(initial=recorded).parts["episode"]:
         return "a road like the recorded one"
-    names = [name for name, place in PLACES.items() if place.parts["episode"] == _comparable(start)]
+    names = [name for name, place in PLACES.items() if place.parts["episode"] == own]
     return {"paper": "the paper's road", "curved": "the road “curved”"}[names[0]] if names else "an own road"
-
-
-def _comparable(start: InitialSettings) -> dict[str, Any]:
-    return Place(initial=start).parts["episode"]
 
 
 def _looks(start: InitialSettings) -> str:

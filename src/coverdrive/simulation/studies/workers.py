@@ -59,12 +59,11 @@ def run_trials(setup: Drives, trials: Sequence[int], workers: int, cluster: str 
     """
     if not trials:
         return
-    if cluster is not None:
-        with _cluster(cluster):
-            yield from _run_parallel(setup, trials, -1)
-    elif workers > 1 and len(trials) > 1:
-        with _processes():
-            yield from _run_parallel(setup, trials, min(workers, len(trials)))
+    at_once = min(workers, len(trials)) if cluster is None else -1  # as many as the cluster has
+    if at_once > 1 or cluster is not None:
+        study = uuid.uuid4().hex
+        with _processes() if cluster is None else _cluster(cluster):
+            yield from _parallel(at_once)(delayed(_run_in_worker)(setup, study, trial) for trial in trials)
     else:
         participants = setup.participants()
         gc.freeze()
@@ -119,11 +118,6 @@ def _beginning(process: int) -> Callable[[], None]:
 def end_processes() -> None:
     """End at once the processes that wait for more to do; left alone, they take seconds to end with this one."""
     get_reusable_executor(reuse=True).shutdown(kill_workers=True)  # pyright: ignore[reportArgumentType]
-
-
-def _run_parallel(setup: Drives, trials: Sequence[int], workers: int) -> Generator[Row]:
-    study = uuid.uuid4().hex
-    yield from _parallel(workers)(delayed(_run_in_worker)(setup, study, trial) for trial in trials)
 
 
 def _parallel(workers: int) -> Any:
