@@ -1,7 +1,6 @@
-"""Motion of uncontrolled vehicles: states over time, and base trajectories put on a state.
+"""Motion of uncontrolled vehicles: their states over time.
 
-A state is (lon [m], lat [m], speed [m/s], heading [rad]), as in `coverdrive.plan.Plan`. A vehicle slots,
-M base trajectories, n times.
+A state is (lon [m], lat [m], speed [m/s], heading [rad]), as in `coverdrive.plan.Plan`. A vehicle slots, n times.
 """
 
 import numpy as np
