@@ -6,6 +6,8 @@ asked for is not drawn yet. This is the primary sample space of Kelemen et al., 
 for the Metropolis light transport algorithm*, 2002.
 """
 
+# pyright: reportIncompatibleMethodOverride=false
+
 import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -117,6 +119,48 @@ class Tape(np.random.Generator):
             values.setdefault(moment, []).append(value)
         return Tape(values)
 
+    def random(self, size: Any = None) -> Any:
+        """Uniform in [0, 1)."""
+        return self._uniforms(size)
+
+    def uniform(self, low: Any = 0.0, high: Any = 1.0, size: Any = None) -> Any:
+        """Uniform between two numbers."""
+        return low + (np.asarray(high) - low) * self._uniforms(_shape(size, low, high))
+
+    def standard_normal(self, size: Any = None) -> Any:
+        """Normal, of mean 0 and deviation 1."""
+        return _quantile(self._uniforms(size))
+
+    def normal(self, loc: Any = 0.0, scale: Any = 1.0, size: Any = None) -> Any:
+        """Normal."""
+        return loc + np.asarray(scale) * self.standard_normal(_shape(size, loc, scale))
+
+    def integers(
+        self, low: Any, high: Any = None, size: Any = None, dtype: Any = np.int64, endpoint: bool = False
+    ) -> Any:
+        """Whole numbers, each as probable."""
+        low, high = (0, low) if high is None else (low, high)
+        shape = _shape(size, low, high)
+        drawn = np.floor(low + (np.asarray(high) + endpoint - low) * self._uniforms(shape)).astype(dtype)
+        return drawn if shape is not None else int(drawn)
+
+    def choice(self, a: Any, size: Any = None, replace: bool = True, p: Any = None, axis: int = 0) -> Any:
+        """Some of several; without replacement of one number."""
+        if axis != 0 or not (replace or size is None):
+            return self._seeded().choice(a, size, replace, p, axis)
+        among = np.arange(a) if np.ndim(a) == 0 else np.asarray(a)
+        if len(among) == 0:
+            raise ValueError("nothing to choose from")
+        ends = np.linspace(0.0, 1.0, len(among) + 1)[1:] if p is None else np.cumsum(p)
+        return among[np.minimum(np.searchsorted(ends, self._uniforms(size), side="right"), len(among) - 1)]
+
+    def permutation(self, x: Any, axis: int = 0) -> Any:
+        """All of several in any order."""
+        if axis != 0:
+            return self._seeded().permutation(x, axis)
+        among = np.arange(x) if np.ndim(x) == 0 else np.asarray(x)
+        return among[np.argsort(self._uniforms(len(among)))]
+
     def _uniforms(self, shape: Any = None) -> Any:
         """The next call's numbers."""
         size = () if shape is None else (shape,) if isinstance(shape, int | np.integer) else tuple(shape)
@@ -138,80 +182,25 @@ class Tape(np.random.Generator):
         return np.random.default_rng(int(self._uniforms() * _SEEDS))
 
 
+def _shape(size: Any, *parameters: Any) -> Any:
+    """Of what is drawn: the size that is asked for, or else that of the parameters; None: one number."""
+    return np.broadcast(*parameters).shape or None if size is None else size
+
+
 def _quantile(uniform: Any) -> Any:
     """Of the standard normal distribution; finite."""
     return ndtri(np.maximum(uniform, 0.5 / _SEEDS))
 
 
-def _random(uniforms: Callable[..., Any], size: Any = None) -> Any:
-    return uniforms(size)
-
-
-def _uniform(uniforms: Callable[..., Any], low: Any = 0.0, high: Any = 1.0, size: Any = None) -> Any:
-    shape = np.broadcast(low, high).shape or None if size is None else size
-    return low + (np.asarray(high) - low) * uniforms(shape)
-
-
-def _standard_normal(uniforms: Callable[..., Any], size: Any = None) -> Any:
-    return _quantile(uniforms(size))
-
-
-def _normal(uniforms: Callable[..., Any], loc: Any = 0.0, scale: Any = 1.0, size: Any = None) -> Any:
-    shape = np.broadcast(loc, scale).shape or None if size is None else size
-    return loc + np.asarray(scale) * _standard_normal(uniforms, shape)
-
-
-def _integers(
-    uniforms: Callable[..., Any], low: Any, high: Any = None, size: Any = None, dtype: Any = np.int64,
-    endpoint: bool = False,
-) -> Any:  # fmt: skip
-    low, high = (0, low) if high is None else (low, high)
-    shape = np.broadcast(low, high).shape or None if size is None else size
-    drawn = np.floor(low + (np.asarray(high) + endpoint - low) * uniforms(shape)).astype(dtype)
-    return drawn if shape is not None else int(drawn)
-
-
-def _choice(
-    uniforms: Callable[..., Any], a: Any, size: Any = None, replace: bool = True, p: Any = None, axis: int = 0
-) -> Any:
-    if axis != 0 or not (replace or size is None):
-        return NotImplemented
-    among = np.arange(a) if np.ndim(a) == 0 else np.asarray(a)
-    if len(among) == 0:
-        raise ValueError("nothing to choose from")
-    ends = np.linspace(0.0, 1.0, len(among) + 1)[1:] if p is None else np.cumsum(p)
-    return among[np.minimum(np.searchsorted(ends, uniforms(size), side="right"), len(among) - 1)]
-
-
-def _permutation(uniforms: Callable[..., Any], x: Any, axis: int = 0) -> Any:
-    if axis != 0:
-        return NotImplemented
-    among = np.arange(x) if np.ndim(x) == 0 else np.asarray(x)
-    return among[np.argsort(uniforms(len(among)))]
-
-
-_ELEMENTWISE: dict[str, Callable[..., Any]] = {
-    "random": _random,
-    "uniform": _uniform,
-    "standard_normal": _standard_normal,
-    "normal": _normal,
-    "integers": _integers,
-    "choice": _choice,
-    "permutation": _permutation,
-}
-
-
-def _drawing(name: str) -> Callable[..., Any]:
-    """A method of generators that draws from a tape instead."""
+def _seeded_method(name: str) -> Callable[..., Any]:
+    """A method of generators that draws from one number of a tape."""
 
     def draw(self: Any, *args: Any, **options: Any) -> Any:
-        by_element = _ELEMENTWISE.get(name)
-        drawn = by_element(self._uniforms, *args, **options) if by_element else NotImplemented
-        return getattr(self._seeded(), name)(*args, **options) if drawn is NotImplemented else drawn
+        return getattr(self._seeded(), name)(*args, **options)
 
     return draw
 
 
 for _name, _method in vars(np.random.Generator).items():
-    if callable(_method) and not _name.startswith("_"):
-        setattr(Tape, _name, _drawing(_name))
+    if callable(_method) and not _name.startswith("_") and _name not in vars(Tape):
+        setattr(Tape, _name, _seeded_method(_name))
