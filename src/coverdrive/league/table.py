@@ -14,7 +14,7 @@ import polars as pl
 from jaxtyping import Bool, Float
 
 from coverdrive.certificates.bounds import clopper_pearson
-from coverdrive.simulation.drives.outcome import Fault, Kind
+from coverdrive.simulation.measures.notable import COLLIDED, OWN_FAULT
 from coverdrive.simulation.measures.trial import STARTED
 from coverdrive.simulation.studies.comparison import mean_interval, newcombe_interval
 
@@ -81,13 +81,10 @@ def league_table(
 
 def _counted(table: pl.DataFrame) -> dict[str, Bool[np.ndarray, " n"]]:
     """Which drives count, by those of the `COUNTS` that are known; what a judge alone sees is nobody's fault."""
-    collided = ~table["kind"].is_in([Kind.FINISHED.value, Kind.NOT_STARTED.value]).to_numpy()
-    own = (table["at_fault"] == Fault.EGO.value).fill_null(False).to_numpy()
-    if "solved" not in table.columns:
-        return {"at_fault": collided & own, "not_at_fault": collided & ~own}
-    collided |= table["reason"].fill_null("").str.starts_with("collision").to_numpy()
-    judged = {name: table[name].to_numpy() for name in ("solved", "off_road")}
-    return {"at_fault": collided & own, "not_at_fault": collided & ~own} | judged
+    own = OWN_FAULT.fill_null(False)
+    others = (COLLIDED | pl.col("reason").fill_null("").str.starts_with("collision")) & ~own
+    judged = [name for name in ("solved", "off_road") if name in table.columns]
+    return {each.name: each.to_numpy() for each in table.select(*judged, at_fault=own, not_at_fault=others)}
 
 
 def _values(table: pl.DataFrame, name: str) -> Float[np.ndarray, " n"]:
@@ -110,9 +107,7 @@ def _line(table: pl.DataFrame) -> dict[str, Any]:
         count = int(counted.sum())
         line |= {name: count} | _named(name, clopper_pearson(count, table.height, _CONFIDENCE))
     for name in MEASURES:
-        values = _values(table, name)
-        values = values[~np.isnan(values)]
-        line |= {name: float(values.mean()) if len(values) else None} | _named(name, mean_interval(values, _CONFIDENCE))
+        line |= _mean(name, _values(table, name))
     return line
 
 
@@ -127,11 +122,14 @@ def _differences(usual: pl.DataFrame, table: pl.DataFrame) -> dict[str, Any]:
         line |= {f"{name}_minus": float(other.mean() - one.mean())}
         line |= _named(f"{name}_minus", newcombe_interval(one, other, _CONFIDENCE))
     for name in MEASURES:
-        difference = _values(theirs, name) - _values(ours, name)
-        difference = difference[~np.isnan(difference)]
-        line |= {f"{name}_minus": float(difference.mean()) if len(difference) else None}
-        line |= _named(f"{name}_minus", mean_interval(difference, _CONFIDENCE))
+        line |= _mean(f"{name}_minus", _values(theirs, name) - _values(ours, name))
     return line
+
+
+def _mean(name: str, values: Float[np.ndarray, " n"]) -> dict[str, float | None]:
+    """Of those values that are known."""
+    known = values[~np.isnan(values)]
+    return {name: float(known.mean()) if len(known) else None} | _named(name, mean_interval(known, _CONFIDENCE))
 
 
 def _named(name: str, interval: tuple[float | None, float | None]) -> dict[str, float | None]:
