@@ -13,6 +13,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -46,7 +47,7 @@ SCALES = (0.0, 0.15, 0.3, 0.45, 0.6, 0.8, 1.0)
 Event = Literal["any", "own"]
 """Any collision of the ego, or one at its own fault"""
 
-_PILOT, _PROOF = 1, 2
+_STREAMS = {"pilot": 1, "proof": 2}
 """keys of the seeds of both, which are no study's"""
 
 _GAIN = 0.01
@@ -279,36 +280,50 @@ def dialled(
     dial.check(len(request.scales))
     if whole("workers", workers) < 1:
         raise SettingError(f"a dial needs at least one worker, got {workers}")
-    scales, tables = list(request.scales), dict[tuple[str, str, float | None], pl.DataFrame]()
+    scales, tables = request.scales, dict[tuple[str, str, float | None], pl.DataFrame]()
+    most = {"pilot": dial.pilot, "proof": dial.most}
 
-    def at(scale: float, stream: int) -> Setup:
-        return replace(setup, predictor=predictor.scaled(scale), seed=_seed(setup.seed, stream))
+    def at(scale: float, kind: str) -> Setup:
+        return replace(setup, predictor=predictor.scaled(scale), seed=_seed(setup.seed, kind))
 
-    def driver(name: str, stream: int) -> Any:
-        def drive(candidate: int, first: int, count: int) -> tuple[np.ndarray, np.ndarray]:
-            scale = scales[candidate]
-            files, told = StudyFolder(folder / name / f"{scale:g}"), f"{name} at scale {scale:g}"
-            most = dial.pilot if stream == _PILOT else dial.most
-            known = tables.get((name, OURS, scale))
-            table = _driven(at(scale, stream), files, known, first + count, told, most, workers, cluster)
-            tables[name, OURS, scale] = table
-            rows = table.filter(STARTED)[first : first + count]
-            events = [_EVENTS[event][1] for event in request.events]
-            if stream == _PILOT:
-                events.append(pl.col("share_unsafe"))
-            named = [each.alias(str(number)) for number, each in enumerate(events)]
-            return rows.select(named).to_numpy(), rows["mean_speed"].to_numpy()
+    def driven(key: tuple[str, str, float | None], setup: Setup, name: str, told: str, started: int) -> pl.DataFrame:
+        """The trials in a folder of a kind, until so many have started; those that cannot start are no drives."""
+        kind, files = key[0], StudyFolder(folder / key[0] / name)
+        if (table := tables.get(key)) is None:
+            files.claim(setup.description())
+            table = files.table_of([])
+        with stage(f"{kind} {told} ({most[kind]} at most)"):
+            while (missing := started - (begun := table.select(STARTED.sum()).item())) > 0:
+                if table.select((STARTED.cum_sum(reverse=True) == 0).sum()).item() >= IN_VAIN:
+                    raise SettingError(
+                        f"{begun:,} of {table.height:,} trials could start, none of the last {IN_VAIN}; {missing:,} "
+                        "more are needed: dial among fewer vehicles, or in other traffic (the last one: "
+                        f"{table['reason'][-1]})"
+                    )
+                end = table.height + (missing if begun else min(missing, IN_VAIN))
+                table = drive_missing(table, end, files, setup, workers, cluster, most[kind] + table.height - begun)
+        files.save_table(table)
+        tables[key] = table
+        return table.filter(STARTED)
 
-        return drive
+    def drive(kind: str, candidate: int, first: int, count: int) -> tuple[np.ndarray, np.ndarray]:
+        scale = scales[candidate]
+        key, name, told = (kind, OURS, scale), f"{scale:g}", f"at scale {scale:g}"
+        rows = driven(key, at(scale, kind), name, told, first + count)[first : first + count]
+        measures = [_EVENTS[event][1].alias(event) for event in request.events]
+        if kind == "pilot":
+            measures.append(pl.col("share_unsafe"))
+        return rows.select(measures).to_numpy(), rows["mean_speed"].to_numpy()
 
     with alone(folder):
         _claim(folder / "request.json", request, dial)
-        turned = dial.turn(len(scales), driver("pilot", _PILOT), driver("proof", _PROOF))
+        turned = dial.turn(len(scales), partial(drive, "pilot"), partial(drive, "proof"))
         for (name, scale), other in (beside or {}).items():
-            files = StudyFolder(folder / "pilot" / (name if scale is None else f"{name}-{scale:g}"))
-            given = replace(other, seed=_seed(setup.seed, _PILOT))
-            told = f"pilot of {name}" + ("" if scale is None else f" at scale {scale:g}")
-            tables["pilot", name, scale] = _driven(given, files, None, dial.pilot, told, dial.pilot, workers, cluster)
+            key, given = ("pilot", name, scale), replace(other, seed=_seed(setup.seed, "pilot"))
+            if scale is None:
+                driven(key, given, name, f"of {name}", dial.pilot)
+            else:
+                driven(key, given, f"{name}-{scale:g}", f"of {name} at scale {scale:g}", dial.pilot)
     tried: Tried = turned.chosen or turned.tried[0]
     scale = scales[tried.candidate]
     began = {setup.vehicles_of(trial) for trial in tables["proof", OURS, scale].filter(STARTED)["trial"]}
@@ -319,7 +334,7 @@ def dialled(
         mean_speed=tried.speed,
         windows=predictor.scaled(scale).certificate,
         place=driven_on(replace(setup, vehicles=sorted(began))),
-        driven={name: each for name, each in at(scale, _PROOF).description().items() if name != "seed"},
+        driven={name: each for name, each in at(scale, "proof").description().items() if name != "seed"},
         frontier=frontier(tables, predictor, dial.procedure == "anytime"),
     )
     write_json(folder / "dial.json", result.record)
@@ -371,33 +386,7 @@ def _unit(duration: float) -> str:
     return f"{duration:g}-s drives"
 
 
-def _driven(
-    setup: Setup,
-    files: StudyFolder,
-    known: pl.DataFrame | None,
-    started: int,
-    told: str,
-    most: int,
-    workers: int,
-    cluster: str | None,
-) -> pl.DataFrame:
-    """The table of the first trials, of which so many have started; those that cannot start are no drives."""
-    if known is None:
-        files.claim(setup.description())
-    table = files.table_of([]) if known is None else known
-    with stage(f"{told} ({most} at most)"):
-        while (missing := started - (begun := table.select(STARTED.sum()).item())) > 0:
-            if table.select((STARTED.cum_sum(reverse=True) == 0).sum()).item() >= IN_VAIN:
-                raise SettingError(
-                    f"{begun:,} of {table.height:,} trials could start, none of the last {IN_VAIN}; {missing:,} more "
-                    f"are needed: dial among fewer vehicles, or in other traffic (the last one: {table['reason'][-1]})"
-                )
-            end = table.height + (missing if begun else min(missing, IN_VAIN))
-            table = drive_missing(table, end, files, setup, workers, cluster, most + table.height - begun)
-    files.save_table(table)
-    return table
-
-
-def _seed(seed: int, stream: int) -> int:
+def _seed(seed: int, kind: str) -> int:
     """Seed of the drives of the pilot or of the proof, which no study has."""
-    return int(np.random.SeedSequence(seed, spawn_key=(2**32 - stream,)).generate_state(1, np.uint64)[0] >> 1)
+    key = 2**32 - _STREAMS[kind]
+    return int(np.random.SeedSequence(seed, spawn_key=(key,)).generate_state(1, np.uint64)[0] >> 1)
