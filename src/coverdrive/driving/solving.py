@@ -53,8 +53,21 @@ class Drive:
 
     @property
     def lack(self) -> str:
-        """What is missing to the goal, if anything."""
-        return "" if self.reached else missed(self.problem, self.cars)
+        """What is missing to the goal, if anything: what the last of the states lacks that come nearest to it in time.
+
+        Who is past the place is not as near as who is beside it.
+        """
+        if self.reached:
+            return ""
+        lacks = list[list[str]]()
+        for moment, car in enumerate(self.cars, start=self.problem.first):
+            lacks += [
+                _lacking(self.problem, goal, wanted, car.state(moment))
+                for goal, wanted in self.problem.goals
+                if goal.time_step.contains(moment)
+            ]
+        nearest = min(reversed(lacks), key=lambda each: (len(each), "too far" in each), default=["time"])
+        return f"goal missed: {', '.join(nearest)}"
 
     @property
     def name(self) -> str:
@@ -73,10 +86,9 @@ class Drive:
 
     def solution(self) -> PlanningProblemSolution:
         """As commonroad-io takes it."""
-        first, car = self.problem.first, self.cars[0]
-        states = [each.state(first + k) for k, each in enumerate(self.cars)]
-        cost, model = CostFunction.SA1, car.vehicle_model
-        return PlanningProblemSolution(self.problem.number, model, VEHICLE, cost, Trajectory(first, states))
+        first, model = self.problem.first, self.cars[0].vehicle_model
+        driven = Trajectory(first, [car.state(moment) for moment, car in enumerate(self.cars, start=first)])
+        return PlanningProblemSolution(self.problem.number, model, VEHICLE, CostFunction.SA1, driven)
 
 
 def drive(
@@ -101,18 +113,18 @@ def drive(
     ours = isinstance(planner, MpcPlanner)  # which knows its car
     length, width = (None, None) if ours else (BMW.l, BMW.w)
     driver = Driver(as_given(predictor), planner, length=length, width=width, period=dt)
-    recorder, cars = Recorder(driver), [car]
+    recorder, cars, reached = Recorder(driver), [car], False
     for moment in range(problem.first, problem.last):
         goal = problem.goal_from(*problem.road.to_road(*car.pose[:2])) if ours else None
         command = recorder.step(_heading_on(car.pose, problem.road), problem.others(moment), problem.road, goal)
         car = car.moved(command.acceleration, command.steering, dt)
         cars.append(car)
         done(moment + 1 - problem.first, problem.last - problem.first)
-        if is_reached(problem, car, moment + 1):
+        reached = bool(problem.problem.goal.is_reached(car.state(moment + 1)))
+        if reached:
             break
-    last = problem.first + len(cars) - 1
-    recorder.end(_heading_on(car.pose, problem.road), problem.others(last))
-    return Drive(problem, tuple(cars), is_reached(problem, car, last), recorder.trace())
+    recorder.end(_heading_on(car.pose, problem.road), problem.others(problem.first + len(cars) - 1))
+    return Drive(problem, tuple(cars), reached, recorder.trace())
 
 
 def _heading_on(pose: Float[np.ndarray, " 4"], road: Road) -> Float[np.ndarray, " 4"]:
@@ -130,28 +142,6 @@ def settings_for(problem: PlanningProblem, settings: PlannerSettings) -> Planner
     """Settings of a planner for the car, which wants the speed of the start."""
     wanted = max(_LEAST_SPEED, float(problem.problem.initial_state.velocity))
     return adapted(settings, length=BMW.l, width=BMW.w, wanted_speed=wanted)
-
-
-def is_reached(problem: PlanningProblem, car: SingleTrackCar, moment: int) -> bool:
-    """Whether the car is in the goal at a time step, as commonroad-io says."""
-    return bool(problem.problem.goal.is_reached(car.state(moment)))
-
-
-def missed(problem: PlanningProblem, cars: Sequence[SingleTrackCar]) -> str:
-    """What of the goal was missed: what the last of the states lacks that come nearest to it, while it is time.
-
-    Who is past the place is not as near as who is beside it.
-    """
-    lacks = list[list[str]]()
-    for moment, car in enumerate(cars, start=problem.first):
-        lacks += [
-            _lacking(problem, goal, wanted, car.state(moment))
-            for goal, wanted in problem.goals
-            if goal.time_step.contains(moment)
-        ]
-    return "goal missed: " + ", ".join(
-        min(reversed(lacks), key=lambda each: (len(each), "too far" in each), default=["time"])
-    )
 
 
 def _lacking(problem: PlanningProblem, goal: Any, wanted: Goal, state: Any) -> list[str]:
