@@ -137,7 +137,10 @@ def solve_all(
             for number, each in enumerate(run_trials(setup, left, workers), start=len(scenarios) - len(left) + 1):
                 file, made_from = files[each["trial"]], made[each["trial"]]
                 taken = {row["solution"] or "" for other, rows in found.items() if other != file for row in rows}
-                written = _write_solution(each["benchmark"], each["text"], folder, taken) if each["text"] else None
+                written = None
+                if each["text"]:
+                    written = _free(f"solution_{each['benchmark']}", taken, ".xml")
+                    write_text(folder / written, each["text"])
                 found[file] = [row | {"file": file, "made_from": made_from} for row in each["rows"]]
                 for row in found[file]:
                     row["solution"] = written if row["time"] is not None else None
@@ -160,18 +163,15 @@ def _names(scenarios: Sequence[Path], files: Sequence[str], found: dict[str, lis
     taken = {row["video"].rsplit("_", 1)[0]: row["file"] for row in drawn}
     for scenario, file in zip(scenarios, files, strict=True):
         if file not in taken.values():
-            names = (name_of(scenario) + f" ({number})" * (number > 1) for number in count(1))
-            taken[next(name for name in names if name not in taken)] = file
+            taken[_free(name_of(scenario), taken)] = file
     own = {file: name for name, file in taken.items()}
     return [own[file] for file in files]
 
 
-def _write_solution(benchmark: str, text: str, folder: Path, taken: Collection[str]) -> str:
-    """Write a solution; its name is that of the benchmark, with a number where others have ``taken`` it."""
-    names = (f"solution_{benchmark}{f' ({number})' * (number > 1)}.xml" for number in count(1))
-    name = next(name for name in names if name not in taken)
-    write_text(folder / name, text)
-    return name
+def _free(name: str, taken: Collection[str], suffix: str = "") -> str:
+    """A name, with a number where others have ``taken`` it."""
+    names = (f"{name}{f' ({number})' * (number > 1)}{suffix}" for number in count(1))
+    return next(each for each in names if each not in taken)
 
 
 def _path_of(file: Path) -> str:

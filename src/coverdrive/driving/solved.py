@@ -95,17 +95,13 @@ def solve_problem(
         whose = blamed(error) or "please report it"
         return Solved(known | because(f"not driven: {type(error).__name__}: {error}; {whose}"), None)
     measured = measure(driven.trace, 0, 0)
-    refused = _refusal(driven)
+    try:
+        refused = refusal(driven)
+    except Exception as error:  # of another package
+        refused = f"not judged: {type(error).__name__}: {error}"
     reason = contact or lack
     if refused is not None:
         reason = {"collision": contact, "goal missed": lack}.get(refused) or refused
     row = known | {name: measured[name] for name in MEASURES}
     row |= {"time": driven.seconds, "mean_speed": driven.mean_speed}
     return Solved(row | because(reason) | {"solved": not reason, "checked": refused is not None}, driven)
-
-
-def _refusal(driven: Drive) -> str | None:
-    try:
-        return refusal(driven)
-    except Exception as error:  # of another package
-        return f"not judged: {type(error).__name__}: {error}"

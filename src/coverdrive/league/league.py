@@ -99,8 +99,11 @@ def league(
             if not isinstance(found, str):
                 sets[world, name] = _sets(found)
                 files = StudyFolder(folder / _plain(world) / _plain(name), COLUMNS if world in problems else SCHEMA)
+                files.claim(found.description())
                 count = min(trials, len(problems[world].places)) if world in problems else trials
-                found = _driven(found, files, f"{name} in {world}", count, workers, cluster)
+                with stage(f"{name} in {world} ({count})"):
+                    found = drive_missing(files.table_of([]), count, files, found, workers, cluster)
+                files.save_table(found)
             driven[world, name] = found
             write_atomically(folder / "league.csv", league_table(driven, replayed, sets).write_csv)
     each = [
@@ -133,17 +136,6 @@ def _plain(name: str) -> str:
     if len(plain) <= _LONGEST:
         return plain
     return f"{plain[:_LONGEST]}-{hashlib.sha256(name.encode()).hexdigest()[:16]}"
-
-
-def _driven(
-    drives: Drives, files: StudyFolder, name: str, trials: int, workers: int, cluster: str | None
-) -> pl.DataFrame:
-    """The rows of all trials of an entrant in a world."""
-    files.claim(drives.description())
-    with stage(f"{name} ({trials})"):
-        rows = drive_missing(files.table_of([]), trials, files, drives, workers, cluster)
-    files.save_table(rows)
-    return rows
 
 
 @dataclass(frozen=True, eq=False)
