@@ -66,14 +66,14 @@ def league_table(
     first: dict[str, pl.DataFrame] = {}
     for (world, planner), found in driven.items():
         known = {"world": world, "planner": planner, "sets": (sets or {}).get((world, planner)) or None}
-        table = found if isinstance(found, str) or "solved" in found.columns else found.filter(STARTED)
-        if not isinstance(table, str) and table.is_empty():
-            table = str(found["reason"][0]) if isinstance(found, pl.DataFrame) else ""
-        if isinstance(table, str):
-            rows.append(known | {"drives": 0, "left_out": table})
+        if isinstance(found, pl.DataFrame):
+            table = found if "solved" in found.columns else found.filter(STARTED)
+            found = str(found["reason"][0]) if table.is_empty() else table
+        if isinstance(found, str):
+            rows.append(known | {"drives": 0, "left_out": found})
             continue
-        usual = first.setdefault(world, table)
-        line = known | _line(table) | ({} if usual is table else _differences(usual, table))
+        usual = first.setdefault(world, found)
+        line = known | _line(found) | ({} if usual is found else _differences(usual, found))
         unknown = (name for name in line if world in replayed and name.endswith(("_low", "_high")))
         rows.append(line | dict.fromkeys(unknown))
     return pl.DataFrame(rows, schema=SCHEMA)
