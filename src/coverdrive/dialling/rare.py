@@ -257,7 +257,8 @@ class _Repetitions:
         start = partial(Drive, self.setup, participants)
         with during(f"in repetition {trial} of seed {self.seed}"):
             found = split(start, random, CONTACT, self.particles, changes=self.changes, rarest=self.rarest)
-        chosen = _different(found.found)
+        first = list({each.ancestor: each for each in found.found}.values())  # of different ancestors
+        chosen = (first + [each for each in found.found if each not in first])[:_STORED]
         row: Row = {
             **self.mine,
             "repetition": trial,
@@ -265,7 +266,7 @@ class _Repetitions:
             "rarer": found.rarer,
             "stages": [each._asdict() for each in found.stages],
             "found": len(found.found),
-            "ancestors": len({each.ancestor for each in found.found}),
+            "ancestors": len(first),
             "drives": found.moments / self.setup.episode.steps + len(chosen),
             "collisions": [self._store(each, f"{trial:04d}-{i}", participants) for i, each in enumerate(chosen)],
         }
@@ -291,12 +292,6 @@ class _Repetitions:
             return None
         mine = {**self.mine, "repetition": repetition}
         return row if isinstance(row, dict) and mine.items() <= row.items() else None
-
-
-def _different(found: Sequence[Found]) -> list[Found]:
-    """Some of the drives, those of different ancestors first."""
-    first = list({each.ancestor: each for each in found}.values())
-    return (first + [each for each in found if each not in first])[:_STORED]
 
 
 def rare(

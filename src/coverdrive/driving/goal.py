@@ -237,14 +237,7 @@ def _is_interval(values: Any) -> bool:
 def _between_curves(
     mean: Float[np.ndarray, " n"], way: Float[np.ndarray, " n"], lon: float, curves: Curves
 ) -> Float[np.ndarray, " n"]:
-    """Speeds [m/s] that lead as far as mean ones [m/s] do, but where curves [m/s] are driven more slowly.
-
-    Args:
-        mean: over a way, at the least 0.
-        way: [m] of each.
-        lon: [m] where one is.
-        curves: at which speeds they are driven.
-    """
+    """Speeds [m/s] that lead as far as mean ones [m/s], 0 or more, on ways [m] from lon [m] on with slower curves."""
     spacing, speeds = curves
     first = min(int(max(lon, 0.0) / spacing), len(speeds) - 1)
     ahead = speeds[first : max(first + 1, int(np.ceil((lon + float(way.max())) / spacing)))]

@@ -102,7 +102,12 @@ class Perception:
         speed, heading = road.rates(whole[:, 0], whole[:, 1], np.abs(whole[:, 2]), whole[:, 3])
         whole[:, 2], whole[:, 3] = np.copysign(speed, whole[:, 2]), heading
         self._moment += 1
-        return self._arranged(list(others), whole, np.array(sizes), seen)
+        slots = np.array([EGO, *(self._vehicles[name].slot for name in others)])
+        values, valid = np.zeros((6, self._slots)), np.zeros(self._slots, dtype=bool)
+        values[:, slots] = np.concatenate([whole, sizes], axis=1).T
+        valid[slots] = seen
+        lon, lat, speed, heading, length, width = values
+        return Scene(lon, lat, speed, heading, length, width, valid)
 
     def _look(
         self, names: list[Hashable], states: Float[np.ndarray, "n 4"], places: list[list[float]], measured: np.ndarray,
@@ -152,17 +157,6 @@ class Perception:
         self._slots = max(self._slots, slot + 1)
         self._vehicles[name] = _Vehicle(slot, self._moment)
         return self._vehicles[name]
-
-    def _arranged(
-        self, names: list[Hashable], states: Float[np.ndarray, "n 4"], sizes: Float[np.ndarray, "n 2"], seen: np.ndarray
-    ) -> Scene:
-        """The scene of the vehicles that are seen, in their slots."""
-        slots = np.array([EGO, *(self._vehicles[name].slot for name in names)])
-        values, valid = np.zeros((6, self._slots)), np.zeros(self._slots, dtype=bool)
-        values[:, slots] = np.concatenate([states, sizes], axis=1).T
-        valid[slots] = seen
-        lon, lat, speed, heading, length, width = values
-        return Scene(lon, lat, speed, heading, length, width, valid)
 
 
 def _told(name: Hashable, told: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -310,8 +310,7 @@ def _problem(file: Path, scenario: Any, problem: Any) -> PlanningProblem:
 def _without_ego(file: Path, start: Any) -> Any:
     """The scenario without the obstacle that is the recorded ego, if it is among them, and what is a part of it.
 
-    A trailer may be a vehicle of its own: what overlaps the recorded ego where both are first
-    seen is a part of it.
+    That is what overlaps it where both are first seen: a trailer may be a vehicle of its own.
     """
     scenario = open_scenario(file)[0]
     in_order(scenario)
