@@ -9,6 +9,7 @@ from coverdrive.planning.planner import PlannerSettings
 from coverdrive.planning.problem.vehicle import step
 from coverdrive.road import LaneEdges, Road
 from coverdrive.scene import Scene
+from coverdrive.simulation.drivers.idm_mobil import DriverSettings
 from coverdrive.simulation.studies.study import simulate
 from coverdrive.simulation.traffic.motion import with_states
 
@@ -32,13 +33,13 @@ def test_it_comes_back_to_the_lane_of_the_start() -> None:
 def test_idm_minds_the_nearest_ahead_in_its_lane_alone() -> None:
     agent = Idm()
     agent.reset(0.1)
-    usual = agent._driver
+    usual = DriverSettings()
     free, _ = agent.act(make_scene([0.0, -20.0, 20.0], [1.8, 1.8, 5.4], speed=[15.0, 15, 5]), ROAD)
-    assert free == pytest.approx(float(usual.acceleration[0]) * (1 - (15 / 30) ** 4))
+    assert free == pytest.approx(usual.acceleration * (1 - (15 / 30) ** 4))
     scene = make_scene([0.0, 60.0, 40.0], [1.8, 1.8, 1.8], speed=[15.0, 3, 10])
     gap, closing = 40.0 - scene.half_sizes[[0, 2], 0].sum(), 5.0
-    a, b = float(usual.acceleration[0]), float(usual.deceleration[0])
-    wished = float(usual.minimum_gap[0]) + 15 * float(usual.time_gap[0]) + 15 * closing / (2 * np.sqrt(a * b))
+    a, b = usual.acceleration, usual.deceleration
+    wished = usual.minimum_gap + 15 * usual.time_gap + 15 * closing / (2 * np.sqrt(a * b))
     followed, _ = agent.act(scene, ROAD)
     assert followed == pytest.approx(a * (1 - (15 / 30) ** 4 - (wished / gap) ** 2))
     assert agent.act(make_scene([0.0, 8.0], [1.8, 1.8], speed=[30.0, 0.0]), ROAD)[0] == -8.0

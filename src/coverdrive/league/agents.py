@@ -21,7 +21,7 @@ from coverdrive.planning.solver.manoeuvres import lane_seeking
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.drivers.freeway import DECISION, PAUSE, Freeway
-from coverdrive.simulation.drivers.idm_mobil import FREE, Drivers, DriverSettings, draw_drivers, follow
+from coverdrive.simulation.drivers.idm_mobil import FREE, Drivers, DriverSettings, follow
 from coverdrive.simulation.roads.course import Course
 from coverdrive.simulation.roads.initial import EGO
 
@@ -118,7 +118,8 @@ class Idm(KeepVelocity):
 
     def __init__(self):
         """Drive as everybody does on average."""
-        self._driver = draw_drivers(DriverSettings(spread=0.0), np.random.default_rng(0), (1,))
+        usual = DriverSettings()
+        self._driver = Drivers(*(np.array([getattr(usual, name)]) for name in Drivers._fields))
 
     def _acceleration(self, scene: Scene, road: Road) -> float:
         lon, lat, speed, heading = scene.states.T
