@@ -60,7 +60,7 @@ def lanes_along_border(lanelets: list[Any], starts: Collection[int], ends: Colle
             path.insert(len(path) if end else 0, further)
     left = np.concatenate([line(each) for each in path])
     right = np.concatenate([line(each) if each[1] is None else parts[each[1]].right_vertices for each in path])
-    others = joined(parts, after, before, {n for _, n in path if n is not None})
+    others = joined(parts, after, {n for _, n in path if n is not None})
     return [DrawnLane(left, right), *(drawn([parts[number] for number in chain]) for chain in others)]
 
 

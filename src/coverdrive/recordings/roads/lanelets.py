@@ -4,7 +4,7 @@ A lanelet is a piece of a lane; it names those before and after it, and those be
 chain of lanelets, in which every lanelet counts as often as there are lanes beside it.
 """
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -46,7 +46,7 @@ def carriageways(lanelets: list[Any], through: Sequence[Collection[int]] = ()) -
     beside = {(number, side): _beside(parts, number, side) for number in parts for side in ("left", "right")}
 
     def lanes(guide: list[int]) -> list[DrawnLane]:
-        return [drawn([parts[number] for number in chain]) for chain in (guide, *joined(parts, after, before, guide))]
+        return [drawn([parts[number] for number in chain]) for chain in (guide, *joined(parts, after, guide))]
 
     if through:
         route, by = through
@@ -119,24 +119,19 @@ def _kinks(parts: dict[int, Any], chain: list[int]) -> float:
     return sum(misfit for misfit in misfits if misfit > KINK)
 
 
-def joined(parts: dict[int, Any], after: Links, before: Links, guide: Collection[int]) -> Iterator[list[int]]:
+def joined(parts: dict[int, Any], after: Links, guide: Collection[int]) -> Iterator[list[int]]:
     """All lanelets but those of a guide in chains, at forks and merges as they fit best."""
     rest = dict.fromkeys(parts)
     for number in guide:
         del rest[number]
-
-    def best(number: int, links: Links, misfit: Callable[[int, int], float]) -> int | None:
-        return min(
-            (other for other in links[number] if other in rest), key=lambda other: misfit(number, other), default=None
-        )
-
-    following = {number: best(number, after, lambda one, other: _misfit(parts[one], parts[other])) for number in rest}
-    leading = {number: best(number, before, lambda one, other: _misfit(parts[other], parts[one])) for number in rest}
+    pairs = [(one, other) for one in rest for other in after[one] if other in rest]
+    worst_first = sorted(((_misfit(parts[one], parts[other]), one, other) for one, other in pairs), reverse=True)
+    following: dict[int | None, int] = {one: other for _, one, other in worst_first}
+    leading: dict[int | None, int] = {other: one for _, one, other in worst_first}
     for number in rest:
-        first = leading[number]
-        if first is None or following[first] != number:
+        if following.get(leading.get(number)) != number:
             chain = [number]
-            while (other := following[chain[-1]]) is not None and leading[other] == chain[-1]:
+            while (other := following.get(chain[-1])) is not None and leading[other] == chain[-1]:
                 chain.append(other)
             yield chain
 
