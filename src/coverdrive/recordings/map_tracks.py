@@ -24,7 +24,7 @@ from coverdrive.recordings.roads.driven_road import driven_road, roads_of
 from coverdrive.recordings.roads.lanes import edges_from_centres, edges_from_lanes, edges_from_tracks, order_of
 from coverdrive.recordings.roads.partial_lanes import with_partial_lanes
 from coverdrive.recordings.tracks.reading import Reading, check_time_step, make_reading
-from coverdrive.recordings.tracks.repair import RawTracks, counted, tidy
+from coverdrive.recordings.tracks.repair import RawTracks, tidy
 from coverdrive.recordings.tracks.smoothing import SmoothingSettings
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import Road
@@ -135,7 +135,7 @@ def _regular(file: Path, tracks: MapTracks, repairs: Counter[str]) -> tuple[pl.D
     moment = moments_of(file, table["clock"].to_numpy(), dt)
     table = table.with_columns(pl.col("vehicle").cast(pl.Int64), moment=moment)
     backwards = table.select(pl.col("moment").diff().over("vehicle") < 0)["moment"]
-    counted(repairs, "rows out of order", int(backwards.sum()))
+    repairs["rows out of order"] += int(backwards.sum())
     table = _numbered_anew(file, table.sort("vehicle", "moment", maintain_order=True), round(PAUSE / dt), repairs)
     _check_directions(file, table, dt)
     if "speed" not in table.columns:
@@ -166,7 +166,7 @@ def _numbered_anew(file: Path, table: pl.DataFrame, pause: int, repairs: Counter
     back = (steps["moment"] > pause).fill_null(False)
     if not back.any():
         return table
-    counted(repairs, "split tracks", int(back.sum()))
+    repairs["split tracks"] += int(back.sum())
     part = pl.struct("vehicle", pl.Series("part", back.cum_sum()))
     return table.with_columns(vehicle=part.rank("dense").cast(pl.Int64))
 

@@ -99,7 +99,7 @@ def test_a_vehicle_is_seen_from_its_third_position_on_and_gaps_add_nothing_that_
     repairs: Counter[str] = Counter()
     table = regular_table(left_out, 0.1, SmoothingSettings(), repairs, ROAD)
     assert table.group_by("vehicle").agg(pl.col("time").min())["time"].to_list() == pytest.approx([0.2, 0.2])
-    assert repairs == {"interpolated rows": 4}
+    assert +repairs == {"interpolated rows": 4}
     moved = replace(left_out, lon=left_out.lon + 5 * (left_out.moment > 31))
     again = regular_table(moved, 0.1, SmoothingSettings(), Counter(), ROAD)
     early = table["time"].to_numpy() < 3.15

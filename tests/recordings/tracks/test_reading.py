@@ -61,7 +61,7 @@ def test_a_first_row_of_a_later_moment_makes_no_vehicle_slow(late: float):
     raw.speed[starts[3] :] = raw.moment[starts[3] :] - 3.0
     raw.speed[starts[2] : starts[3]] = np.nan  # of which nothing is stated
     table = regular_table(raw, 0.1, SmoothingSettings(), repairs, ROAD)
-    assert repairs == {"late first rows": 2}
+    assert +repairs == {"late first rows": 2}
     assert table.filter(pl.col("vehicle") < 2)["speed"].to_numpy() == pytest.approx(10.0)
     assert table["vehicle"].value_counts(sort=True)["count"].to_list() == [28 - 1, 27 - 1, 26, 25]
 
@@ -72,7 +72,7 @@ def test_a_first_row_that_is_rough_or_alone_of_its_kind_is_kept():
     raw.lon[0] += 0.8
     raw.lon[9:90:9] += 0.2
     regular_table(raw, 0.1, SmoothingSettings(), repairs, ROAD)
-    assert repairs == {}
+    assert +repairs == {}
 
 
 def test_the_first_of_conflicting_rows_is_kept():
@@ -81,7 +81,7 @@ def test_the_first_of_conflicting_rows_is_kept():
     repairs: Counter[str] = Counter()
     table = regular_table(raw, 0.1, SmoothingSettings(), repairs, ROAD)
     assert table["lon"].to_list() == pytest.approx([2, 3])
-    assert repairs == {"duplicated rows": 1, "conflicting rows": 1}
+    assert +repairs == {"duplicated rows": 1, "conflicting rows": 1}
 
 
 def test_interpolation_lies_between_the_neighbours():
@@ -97,7 +97,7 @@ def test_rows_beside_the_road_are_dropped_and_counted():
     repairs: Counter[str] = Counter()
     kept = drop_off_road(raw, Road.straight(3, 3.6), repairs)
     assert set(kept.vehicle) == {-1, 5}
-    assert repairs == {"rows off the road": 10}
+    assert +repairs == {"rows off the road": 10}
 
 
 def test_nothing_is_left_of_single_rows():

@@ -4,8 +4,6 @@ from collections import Counter
 
 import polars as pl
 
-from coverdrive.recordings.tracks.repair import counted
-
 KINDS = ("unknown", "car", "van", "truck", "bus", "motorcycle")
 """Classes of vehicles; a recording has their numbers"""
 
@@ -22,6 +20,6 @@ def with_kinds(table: pl.DataFrame, repairs: Counter[str]) -> pl.DataFrame:
     ``repairs`` gains ``rows of other road users``, which are left out.
     """
     others = table["class"].is_in(OTHERS)
-    counted(repairs, "rows of other road users", int(others.sum()))
+    repairs["rows of other road users"] += int(others.sum())
     kind = pl.col("class").replace_strict(NUMBER_OF, default=0, return_dtype=pl.Int8)
     return table.filter(~others).with_columns(kind=kind).drop("class")

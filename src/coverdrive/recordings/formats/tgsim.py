@@ -58,8 +58,7 @@ def read_tgsim(file: Path, how: How) -> list[MapTracks]:
     table = rows.select(ROW, "time", *found, vehicle="id", x="xloc_kf", y=-pl.col("yloc_kf")).rename(found)
     if "type" in table.columns and "automated" not in table.columns:
         others = table["type"].is_in(OTHERS)
-        if others.any():
-            repairs["rows of other road users"] += int(others.sum())
+        repairs["rows of other road users"] += int(others.sum())
         kind = pl.col("type").cast(pl.Int64).replace_strict(KIND_OF_TYPE, default=0, return_dtype=pl.Int8)
         table = table.with_columns(kind=kind).filter(~others)
     if "run" not in table.columns:

@@ -16,7 +16,6 @@ from scipy.interpolate import CubicSpline, make_smoothing_spline
 
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.roads.line_fit import SPACING, fit_line
-from coverdrive.recordings.tracks.repair import counted
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import Road
 
@@ -79,11 +78,11 @@ def split_directions(
         found = f"{crossing.sum()} of {moving.sum()} vehicles drive at more than {CROSSING:g}° to the others"
         expected = "expected one road, no junction, that bends by little more than that where no map shows its bends"
         raise RecordingError(file, f"{found}; {expected}")
-    counted(repairs, "crossing vehicles", int(crossing.sum()))
+    repairs["crossing vehicles"] += int(crossing.sum())
     sides = [moving & ~crossing & forward, moving & ~crossing & ~forward]
     sides.sort(key=np.sum, reverse=True)
     if sides[1].sum() <= FEW * moving.sum():
-        counted(repairs, "vehicles the other way", int(sides[1].sum()))
+        repairs["vehicles the other way"] += int(sides[1].sum())
         sides = [sides[0] | ~moving]
     elif not moving.all():
         ahead, back = (rows_of(table, way["vehicle"].filter(pl.Series(side))) for side in sides)

@@ -21,7 +21,6 @@ from coverdrive.recordings.tracks.repair import (
     MOVING,
     STATED,
     RawTracks,
-    counted,
     drop_off_road,
     drop_short,
     fill_gaps,
@@ -122,7 +121,7 @@ def make_reading(
     _check_fast(file, table)
     table = drop_implausible(table, dt, road, repairs)
     try:
-        return Reading(Recording(name, table, dt, road, dict(repairs), notes), kept)
+        return Reading(Recording(name, table, dt, road, dict(+repairs), notes), kept)
     except DataError as error:
         raise RecordingError(file, str(error)) from error
 
@@ -161,7 +160,7 @@ def drop_implausible(table: pl.DataFrame, dt: float, road: Road, repairs: Counte
     ``repairs`` gains ``doubled vehicles`` and ``implausible vehicles``.
     """
     doubled = Rows(table, dt, road).doubled
-    counted(repairs, "doubled vehicles", len(doubled))
+    repairs["doubled vehicles"] += len(doubled)
     table = table.filter(~pl.col("vehicle").is_in(doubled.tolist())) if len(doubled) else table
     wrong = implausible_vehicles(table, dt, road)
     if not 0 < len(wrong) <= MOST_IMPLAUSIBLE * table["vehicle"].n_unique():

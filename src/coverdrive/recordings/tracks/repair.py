@@ -79,7 +79,7 @@ def tidy(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTracks:
 def drop_off_road(raw: RawTracks, road: Road, repairs: Counter[str]) -> RawTracks:
     """Without the rows more than `VERGE` beside the road, which are on ramps; counted as ``rows off the road``."""
     kept = on_road(raw, road)
-    counted(repairs, "rows off the road", int((~kept).sum()))
+    repairs["rows off the road"] += int((~kept).sum())
     return raw.take(kept)
 
 
@@ -89,16 +89,10 @@ def on_road(raw: RawTracks, road: Road) -> Bool[np.ndarray, " R"]:
     return (raw.lat >= edges[:, 0] - VERGE) & (raw.lat <= edges[:, -1] + VERGE)
 
 
-def counted(repairs: Counter[str], kind: str, number: int) -> None:
-    """Note a number of repairs of a kind, if there were any."""
-    if number:
-        repairs[kind] += number
-
-
 def _sort(raw: RawTracks, repairs: Counter[str]) -> RawTracks:
     """Sorted by vehicle and moment; rows whose time runs backwards within a vehicle are counted."""
     backwards = (np.diff(raw.vehicle) == 0) & (np.diff(raw.moment) < 0)
-    counted(repairs, "rows out of order", int(backwards.sum()))
+    repairs["rows out of order"] += int(backwards.sum())
     if np.all(np.diff(raw.vehicle) >= 0) and not backwards.any():
         return raw
     return raw.take(np.lexsort((raw.moment, raw.vehicle)))
@@ -110,8 +104,8 @@ def _drop_duplicates(raw: RawTracks, repairs: Counter[str]) -> RawTracks:
     first[1:] = (np.diff(raw.vehicle) != 0) | (np.diff(raw.moment) != 0)
     kept = np.flatnonzero(first)[np.cumsum(first) - 1]
     away = np.hypot(raw.lon - raw.lon[kept], raw.lat - raw.lat[kept])
-    counted(repairs, "duplicated rows", int((~first).sum()))
-    counted(repairs, "conflicting rows", int((away >= 0.01).sum()))
+    repairs["duplicated rows"] += int((~first).sum())
+    repairs["conflicting rows"] += int((away >= 0.01).sum())
     return raw.take(first)
 
 
@@ -131,7 +125,7 @@ def _drop_outliers(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTrack
     lone = before & after & (np.insert(jumps, 0, False) | np.append(jumps, False))
     if lone.mean() > MOST_OUTLIERS:
         return raw
-    counted(repairs, "lone outliers", int(lone.sum()))
+    repairs["lone outliers"] += int(lone.sum())
     return raw.take(~lone)
 
 
@@ -151,7 +145,7 @@ def _drop_late(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTracks:
     late = longer[agrees[:, 1] & (way[:, 0] < np.minimum(STATED[0] * stated[:, 0], stated[:, 0] - MISSING))]
     if len(late) < OFTEN * len(starts):
         return raw
-    counted(repairs, "late first rows", len(late))
+    repairs["late first rows"] += len(late)
     return raw.take(~np.isin(np.arange(len(raw.vehicle)), late))
 
 
@@ -175,8 +169,8 @@ def fill_gaps(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTracks:
     offset = np.arange(len(left)) - np.repeat(np.cumsum(copies) - copies, copies)
     right = np.minimum(left + (offset > 0), len(copies) - 1)
     share = offset / copies[left]
-    counted(repairs, "interpolated rows", int((offset > 0).sum()))
-    counted(repairs, "split tracks", int(split.sum()))
+    repairs["interpolated rows"] += int((offset > 0).sum())
+    repairs["split tracks"] += int(split.sum())
     filled = replace(
         raw.take(left),
         vehicle=vehicle[left],
@@ -191,5 +185,5 @@ def fill_gaps(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTracks:
 def drop_short(raw: RawTracks, most: int, repairs: Counter[str]) -> RawTracks:
     """Without tracks of at most so many rows, which have no speed."""
     _, inverse, count = np.unique(raw.vehicle, return_inverse=True, return_counts=True)
-    counted(repairs, "dropped tracks", int((count <= most).sum()))
+    repairs["dropped tracks"] += int((count <= most).sum())
     return raw.take(count[inverse] > most)

@@ -82,7 +82,7 @@ def resampled(recording: Recording, dt: float, settings: SmoothingSettings) -> R
     moved, repairs = pl.DataFrame(values, schema=table.schema), Counter(recording.repairs)
     if len(moved):
         moved = drop_implausible(moved, dt, recording.road, repairs)
-    return replace(recording, table=moved, dt=dt, repairs=dict(repairs), notes=notes)
+    return replace(recording, table=moved, dt=dt, repairs=dict(+repairs), notes=notes)
 
 
 def _stated(
