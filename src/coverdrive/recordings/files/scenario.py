@@ -15,6 +15,7 @@ from xml.parsers import expat
 import numpy as np
 
 from coverdrive.errors import DataError, RecordingError
+from coverdrive.garbage import not_looking_for_garbage
 from coverdrive.recordings.checks import FASTEST, LARGEST
 from coverdrive.recordings.files.boundary import naming
 from coverdrive.recordings.files.kinds import OTHERS
@@ -35,8 +36,8 @@ _PARTS = (
 )  # fmt: skip
 """of shapes, by their names in all versions of commonroad-io"""
 
-_TURNS = ("orientation", "originXShift")
-"""of rectangles, besides their centre"""
+_SHIFTS = ("orientation", "originXShift", "center/x", "center/y")
+"""of rectangles against the positions of their obstacles"""
 
 _PLACED = "environmentObstacle"
 """has no position besides that of its shape"""
@@ -68,6 +69,7 @@ def is_protobuf(path: Path) -> bool:
     return any(each.suffix.lower() == ".pb" for each in (path.iterdir() if path.is_dir() else [path]))
 
 
+@not_looking_for_garbage()
 def open_scenario(file: Path) -> tuple[Any, Any]:
     """The scenario and its planning problems as commonroad-io reads them, without its warnings, and checked.
 
@@ -126,69 +128,63 @@ def _part(error: Exception) -> tuple[str, str]:
 
 
 def _checked(file: Path) -> tuple[str, dict[str, int]]:
-    """Name of the root element of a well-formed file whose initial states are stated, and the line of each number.
+    """Name of the root element of a file whose initial states are stated, and the line of each number.
 
-    Without entities, which could make a small file huge, and without bodies that are beside the positions of their
-    obstacles or turned against them, which some versions of commonroad-io read as if they were not.
+    Without bodies that are beside the positions of their obstacles or turned against them, which some versions of
+    commonroad-io read as if they were not.
     """
-    names, inside, stated, lines, text = list[str](), list[str](), set[str](), dict[str, int](), list[str]()
-    role, unsaid = "", dict[str, tuple[list[str], int]]()
-    parser = expat.ParserCreate()
+    root, lines, ends = _elements(file)
+    for parent in root.findall(".//initialState/.."):
+        role = (parent.findtext("role") or "").strip() if parent.tag == "obstacle" else ""  # of 2018b
+        whose = f"{role}Obstacle" if role else parent.tag
+        for state in parent.findall("initialState"):
+            for missing in (each for each in STATED if state.find(each) is None):
+                if (missing, whose) != ("velocity", "staticObstacle"):
+                    problem = f"the initial state of {'an' if whose == 'obstacle' else 'a'} {whose} has no {missing}"
+                    raise RecordingError(file, f"{problem}; expected one, or leave it out", ends[state])
+    for parent in root.findall(".//shape/.."):
+        if parent.tag not in ("occupancy", _PLACED):
+            for part in (part for place in _SHIFTS for part in parent.findall(f"shape//{place}")):
+                if _number(part.text or ""):
+                    problem = f"the body of a {parent.tag} is beside its position, or turned against it"
+                    raise RecordingError(file, f"{problem}; expected its position in its middle", ends[part])
+    return root.tag, lines
+
+
+def _elements(file: Path) -> tuple[ElementTree.Element, dict[str, int], dict[ElementTree.Element, int]]:
+    """The root of a well-formed file without entities, which could make a small file huge.
+
+    With it, the line on which what has each ``id`` begins, and that on which each element ends.
+    """
+    parser, builder = expat.ParserCreate(), ElementTree.TreeBuilder()
+    lines, ends = dict[str, int](), dict[ElementTree.Element, int]()
 
     def refuse(*_: Any) -> None:
         raise RecordingError(file, "it declares a document type; expected none, remove it", parser.CurrentLineNumber)
 
     def opened(name: str, attributes: dict[str, str]) -> None:
-        nonlocal role
-        names.append(name)
+        builder.start(name, attributes)
         if "id" in attributes:
             lines[attributes["id"]] = parser.CurrentLineNumber
-        if inside[-1:] == ["initialState"]:
-            stated.add(name)
-        elif name == "initialState":
-            stated.clear()
-        inside.append(name)
-        text.clear()
-        if name == "obstacle":
-            role = ""
-        if inside[-2:] == ["obstacle", "role"] or (name == "shape" and inside[-2:-1] != ["occupancy"]):
-            parser.CharacterDataHandler = text.append
 
     def closed(name: str) -> None:
-        nonlocal role
-        inside.pop()
-        shifts = "shape" in inside and (name in _TURNS or inside[-1:] == ["center"])
-        whose = inside[inside.index("shape") - 1] if shifts else _PLACED
-        if parser.CharacterDataHandler and whose != _PLACED and _number("".join(text)):
-            problem = f"the body of a {whose} is beside its position, or turned against it"
-            raise RecordingError(file, f"{problem}; expected its position in its middle", parser.CurrentLineNumber)
-        if inside[-1:] == ["obstacle"] and name == "role":  # of 2018b, wherever it stands
-            role = "".join(text).strip()
-        if name == "shape" or (inside[-1:] == ["obstacle"] and name == "role"):
-            parser.CharacterDataHandler = None
-        if name == "initialState" and inside:
-            unsaid[inside[-1]] = [each for each in STATED if each not in stated], parser.CurrentLineNumber
-        if name in unsaid:
-            missing, line = unsaid.pop(name)
-            whose = f"{role}Obstacle" if name == "obstacle" and role else name
-            for each in missing:
-                if (each, whose) != ("velocity", "staticObstacle"):
-                    problem = f"the initial state of {'an' if whose == 'obstacle' else 'a'} {whose} has no {each}"
-                    raise RecordingError(file, f"{problem}; expected one, or leave it out", line)
+        ends[builder.end(name)] = parser.CurrentLineNumber
 
     parser.StartElementHandler, parser.EndElementHandler = opened, closed
-    parser.StartDoctypeDeclHandler = refuse
+    parser.StartDoctypeDeclHandler, parser.CharacterDataHandler = refuse, builder.data
+    parser.buffer_text = True
     try:
         parser.Parse(file.read_bytes(), True)
     except expat.ExpatError as error:
-        if is_protobuf(file) and not names:
+        begun = bool(lines or ends)
+        if is_protobuf(file) and not begun:
             raise RecordingError(file, PROTOBUF) from None
-        what = "it is cut or damaged" if names else "it is no XML"
+        what = "it is cut or damaged" if begun else "it is no XML"
         problem = f"not a CommonRoad file: {what} ({expat.ErrorString(error.code)}); check that it was copied whole"
         raise RecordingError(file, problem, error.lineno) from None
     except (LookupError, ValueError) as error:  # of encodings
         raise RecordingError(file, f"not a CommonRoad file: {error}; expected UTF-8, save it so", 1) from None
-    return names[0], lines
+    return builder.close(), lines, ends
 
 
 def _number(text: str) -> float:
