@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
-from numpy.lib.stride_tricks import sliding_window_view
+from scipy.ndimage import maximum_filter1d
 
 from coverdrive.compiled import compiled
 from coverdrive.road import Road
@@ -151,9 +151,7 @@ def lane_ends(road: Road, lon: Float[np.ndarray, " R"]) -> Float[np.ndarray, "E 
 
 def largest_within(values: Float[np.ndarray, "R *n"], reach: float) -> Float[np.ndarray, "R *n"]:
     """The largest values within a reach [rows] of every row."""
-    wide = int(np.ceil(reach))
-    padded = np.pad(values, [(wide, wide)] + [(0, 0)] * (values.ndim - 1), mode="edge")
-    return sliding_window_view(padded, 2 * wide + 1, axis=0).max(axis=-1)
+    return maximum_filter1d(values, 2 * int(np.ceil(reach)) + 1, axis=0, mode="nearest")
 
 
 def innermost_edges(road: Road, lon: Float[np.ndarray, " R"]) -> Float[np.ndarray, "R 2"]:
