@@ -155,11 +155,8 @@ class Recording:
     def frames(self) -> Frames:
         """All moments of the recording, as seen then, in arrays for vectorised work."""
         moments, frame = np.unique(self._moment, return_inverse=True)
-        order = np.argsort(frame, kind="stable")
-        count = np.bincount(frame)
-        slot = np.empty_like(frame)
-        slot[order] = np.arange(len(frame)) - np.repeat(np.cumsum(count) - count, count)
-        shape = (len(moments), int(count.max()))
+        slot = pl.DataFrame({"frame": frame}).select(pl.int_range(pl.len()).over("frame")).to_series().to_numpy()
+        shape = (len(moments), int(slot.max()) + 1)
 
         vehicle = np.full(shape, -1, dtype=np.int64)
         vehicle[frame, slot] = self.table["vehicle"].to_numpy()

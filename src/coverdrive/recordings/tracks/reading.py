@@ -76,10 +76,10 @@ def regular_table(
     lon, lon_rate = seen(tracks.lon, measured, starts, dt, noises)
     lat, lat_rate = seen(tracks.lat, measured, starts, dt, noises)
     columns += (lon, lat, *motion(lon_rate * road.stretch(lon, lat), lat_rate))
-    since_start = np.arange(len(lon)) - np.repeat(starts, np.diff(np.append(starts, len(lon))))
     columns += (tracks.kind, each_alone(pl.Series(tracks.speed)))
     schema = SCHEMA | SEEN | KIND | STATED_SPEED
-    return pl.DataFrame(dict(zip(schema, columns, strict=True)), schema=schema).filter(since_start >= least)
+    table = pl.DataFrame(dict(zip(schema, columns, strict=True)), schema=schema)
+    return table.filter(pl.int_range(pl.len()).over("vehicle") >= least)
 
 
 def name_of(file: Path) -> str:
