@@ -68,18 +68,14 @@ AS_USUAL = How()
 
 
 class Reader(NamedTuple):
-    """A format."""
+    """A format, in the terms of `register_reader`."""
 
     name: str
     read: Callable[[Path, How], Iterable[Reading | Recording | MapTracks]]
     recognise: Callable[[Head], bool]
-    """whether a file is of this format"""
     accompanies: Callable[[Head], bool]
-    """whether a file belongs to one of this format, with which it is read"""
-    numbers: Numbers = "unsaid"
-    """what equal vehicle numbers in two files of one site mean"""
-    takes: Collection[str] = tuple(CHOICES)
-    """what of `How` it uses, besides the smoothing"""
+    numbers: Numbers
+    takes: Collection[str]
 
 
 _readers: dict[str, Reader] = {}
@@ -107,7 +103,6 @@ def register_reader(
         numbers: what equal vehicle numbers in two files of one site mean: one vehicle ("stable"), nothing ("restart"),
             or whatever sizes say.
         takes: which of ``location`` and ``map`` it uses.
-
     """
     _readers.pop(name, None)
     _readers[name] = Reader(name, read, recognise, accompanies, numbers, takes)
