@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 import polars as pl
-from jaxtyping import Float, Num
+from jaxtyping import Float
 
 from coverdrive.errors import NoVehiclesError, RecordingError
 from coverdrive.recordings.files.boundary import naming
@@ -92,7 +92,7 @@ def readings_from_map(
     known = (*tracks.markings, *tracks.centres) or (() if tracks.line is None else (tracks.line,))
     places, lines = _along(table, roads) if roads else (table, known)
     sides = [rows_of(table, vehicles) for vehicles in split_directions(file, places, repairs, lines)]
-    found = [_on_map(side, roads) if roads else _on_road(file, side, tracks, known) for side in sides]
+    found = [(*_driven(side, roads), "map") if roads else _on_road(file, side, tracks, known) for side in sides]
     notes: dict[str, str] = {}
     if len(sides) == 2:
         way = check_apart(file, found[0][1], sides[1])
@@ -210,17 +210,15 @@ def _mapped(file: Path, tracks: MapTracks, map: Path) -> list[Road]:
 
 def _along(table: pl.DataFrame, roads: list[Road]) -> tuple[pl.DataFrame, tuple[Line, ...]]:
     """The rows with x and y [m] along and across the road that is driven on, and the line along that."""
-    found = driven_road(roads, table)
-    assert found is not None  # there are roads
-    road, raw = found
+    raw, road = _driven(table, roads)
     return table.with_columns(x=raw.lon, y=raw.lat), (np.array([[0.0, 0.0], [float(road.length), 0.0]]),)
 
 
-def _on_map(side: pl.DataFrame, roads: list[Road]) -> tuple[RawTracks, Road, str]:
-    """The rows of one direction in the frame of the road on which they are driven."""
-    found = driven_road(roads, side)
+def _driven(table: pl.DataFrame, roads: list[Road]) -> tuple[RawTracks, Road]:
+    """The rows in the frame of the road on which they are driven, and that road."""
+    found = driven_road(roads, table)
     assert found is not None  # there are roads
-    return found[1], found[0], "map"
+    return found[1], found[0]
 
 
 def _on_road(file: Path, side: pl.DataFrame, tracks: MapTracks, known: tuple[Line, ...]) -> tuple[RawTracks, Road, str]:
@@ -255,12 +253,10 @@ def _edges(
     if edges is None:
         problem = f"the lanes cannot be told; vehicles drive between {bounds[0]:.1f} and {bounds[1]:.1f} m beside the"
         raise RecordingError(file, f"{problem} line of the road; expected a few lanes that most vehicles are in")
-    return edges, f"lane numbers, {_order(side['lane'].to_numpy(), lat)}" if named else "estimated (tracks)"
-
-
-def _order(lane: Num[np.ndarray, " R"], lat: Float[np.ndarray, " R"]) -> str:
-    """In which direction the numbers of lanes grow, in words."""
-    return {0: "in no order", 1: "growing to the left", -1: "growing to the right"}[order_of(lane, lat)]
+    if not named:
+        return edges, "estimated (tracks)"
+    orders = {0: "in no order", 1: "growing to the left", -1: "growing to the right"}
+    return edges, f"lane numbers, {orders[order_of(side['lane'].to_numpy(), lat)]}"
 
 
 def _offsets(lines: tuple[Line, ...], line: ReferenceLine) -> Float[np.ndarray, " L"]:
