@@ -87,7 +87,6 @@ def read(
     check_step(dt)
     readings: list[Reading] = []
     origin: list[int] = []
-    sources: list[Path] = []
     skipped = dict[Path, NoVehiclesError]()
     named = paths_of("paths", paths)
     files = [file for path in named for file in _files(path)]
@@ -105,15 +104,14 @@ def read(
                 skipped[file] = error
                 continue
         readings += found
-        origin += [origin[-1] + 1 if origin else 0] * len(found)
-        sources += [file] * len(found)
+        origin += [number] * len(found)
     if skipped:
         if not readings:
             raise next(iter(skipped.values()))
         readings[0].recording.notes["skipped"] = _without_vehicles([file.name for file in skipped])
     recordings: list[Recording] = []
-    for file, recording in zip(sources, _grouped(readings, origin), strict=True):
-        with naming(file):
+    for number, recording in zip(origin, _grouped(readings, origin), strict=True):
+        with naming(files[number]):
             recordings.append(resampled(recording, dt, how.smoothing))
     return tuple(recordings)
 
@@ -250,7 +248,7 @@ def _numbered(readings: list[Reading], origin: list[int]) -> tuple[list[Groups],
     raw = [reading.raw.group for reading in readings]
     tables = [reading.recording.table["group"].to_numpy() for reading in readings]
     base = 0
-    for file in range(max(origin) + 1):
+    for file in dict.fromkeys(origin):
         own = [index for index, number in enumerate(origin) if number == file]
         groups = np.unique(np.concatenate([part[index] for part in (raw, tables) for index in own]))
         for index in own:

@@ -63,15 +63,14 @@ def split_directions(
     ends = pl.col("x", "y").last() - pl.col("x", "y").first()
     midway = pl.col("x", "y").get(pl.len() // 2).name.suffix("_midway")
     way = table.group_by("vehicle", maintain_order=True).agg(ends, midway)
-    moved = way.select("x", "y").to_numpy()
-    moving = np.hypot(*moved.T) >= MOVING
+    moved = way["x"].to_numpy() + 1j * way["y"].to_numpy()
+    moving = np.abs(moved) >= MOVING
     if not moving.any():
         problem = f"no vehicle moves by {MOVING:g} m or more; expected traffic, check that positions are in metres"
         raise RecordingError(file, problem)
-    doubled = (moved[:, 0] + 1j * moved[:, 1])[moving] ** 2
+    doubled = moved[moving] ** 2
     axis = np.sqrt(np.sum(doubled / np.abs(doubled) ** 0.5))  # twice the angle is the same for both directions
-    axis /= np.abs(axis)
-    turned = np.angle((moved[:, 0] + 1j * moved[:, 1]) / axis)
+    turned = np.angle(moved / axis)
     forward = np.cos(turned) > 0
     crossing = moving & (np.abs(np.cos(turned)) < np.cos(np.radians(CROSSING)))
     if crossing.sum() > MOST_CROSSING * moving.sum():
