@@ -17,9 +17,10 @@ from jaxtyping import Float, Int
 from coverdrive.arguments import finite
 from coverdrive.errors import SettingError
 from coverdrive.recordings.checks import TIME_STEPS
-from coverdrive.recordings.recording import Recording
+from coverdrive.recordings.recording import MEASURES, Recording
 from coverdrive.recordings.tracks.reading import drop_implausible
 from coverdrive.recordings.tracks.smoothing import SmoothingSettings
+from coverdrive.road import Road
 
 STEP = 0.1
 """[s] the usual time step of recordings"""
@@ -62,21 +63,15 @@ def resampled(recording: Recording, dt: float, settings: SmoothingSettings) -> R
 
     values: dict[str, Any] = {name: of[before] for name, of in column.items()} | {"time": moment * dt}
     values["stated"] = _stated(recording, dt, starts, first, count)
-    for seen in ("", "seen_"):
-        speed, heading = column[f"{seen}speed"], column[f"{seen}heading"]
-        stretch = recording.road.stretch(column[f"{seen}lon"], column[f"{seen}lat"])
-        rates = speed * np.stack([np.cos(heading) / stretch, np.sin(heading)])
-        for place, rate in zip(("lon", "lat"), rates, strict=True):
-            at = column[seen + place]
-            if seen:
-                values[seen + place] = at[before] + past * rate[before]
-            else:
-                values[place] = _hermite(at[before], at[after], rate[before], rate[after], past, recording.dt)
-        if not seen:
-            share = past / recording.dt
-            between = (1 - share) * rates[:, before] + share * rates[:, after]
-            along = between[0] * recording.road.stretch(values["lon"], values["lat"])
-            values["speed"], values["heading"] = np.hypot(along, between[1]), np.arctan2(between[1], along)
+    rates, seen = (_rates(recording.road, *(column[kind + name] for name in MEASURES[:4])) for kind in ("", "seen_"))
+    for place, rate, seen_rate in zip(("lon", "lat"), rates, seen, strict=True):
+        at = column[place]
+        values[place] = _hermite(at[before], at[after], rate[before], rate[after], past, recording.dt)
+        values[f"seen_{place}"] = column[f"seen_{place}"][before] + past * seen_rate[before]
+    share = past / recording.dt
+    along, across = (1 - share) * rates[:, before] + share * rates[:, after]
+    along = along * recording.road.stretch(values["lon"], values["lat"])
+    values["speed"], values["heading"] = np.hypot(along, across), np.arctan2(across, along)
     fit = f"Savitzky–Golay fit of {settings.window:g} s, order {settings.order}"
     notes = recording.notes | {"resampled": f"{1 / recording.dt:g} Hz to {1 / dt:g} Hz after the {fit}"}
     moved, repairs = pl.DataFrame(values, schema=table.schema), Counter(recording.repairs)
@@ -96,6 +91,11 @@ def _stated(
     row = np.where((since >= 0) & (since < count[track]), (np.cumsum(count) - count)[track] + since, -1)
     lists = rows.select("stated", row=pl.Series(row)).group_by("row", maintain_order=True).agg("stated")
     return pl.DataFrame({"row": np.arange(count.sum())}).join(lists, on="row", how="left")["stated"].fill_null([])
+
+
+def _rates(road: Road, lon: Rows, lat: Rows, speed: Rows, heading: Rows) -> Float[np.ndarray, "2 R"]:
+    """Rates of lon and lat [m/s]."""
+    return speed * np.stack([np.cos(heading) / road.stretch(lon, lat), np.sin(heading)])
 
 
 def _hermite(before: Rows, after: Rows, rate: Rows, rate_after: Rows, past: Rows, dt: float) -> Rows:
