@@ -54,11 +54,12 @@ def resampled(recording: Recording, dt: float, settings: SmoothingSettings) -> R
     ends = np.append(starts[1:] - 1, last)
     first = np.ceil(time[starts] / dt - 1e-6).astype(np.int64)
     count = np.maximum(np.floor(time[ends] / dt + 1e-6).astype(np.int64) - first + 1, 0)
-    moment = np.repeat(first - np.cumsum(count) + count, count) + np.arange(count.sum())
-    since = moment * dt - np.repeat(time[starts], count)
-    step = np.clip(np.floor(since / recording.dt + 1e-6).astype(np.int64), 0, np.repeat(ends - starts, count))
-    before = np.repeat(starts, count) + step
-    after = np.minimum(before + 1, np.repeat(ends, count))
+    track = np.repeat(np.arange(len(starts)), count)
+    moment = (first - np.cumsum(count) + count)[track] + np.arange(len(track))
+    since = moment * dt - time[starts[track]]
+    step = np.clip(np.floor(since / recording.dt + 1e-6).astype(np.int64), 0, (ends - starts)[track])
+    before = starts[track] + step
+    after = np.minimum(before + 1, ends[track])
     past = since - step * recording.dt
 
     values: dict[str, Any] = {name: of[before] for name, of in column.items()} | {"time": moment * dt}
