@@ -77,10 +77,7 @@ def open_scenario(file: Path) -> tuple[Any, Any]:
         RecordingError: it cannot be read, or time, lanes or obstacles are none.
     """
     with naming(file):
-        root, lines = _checked(file)
-        if root != "commonRoad":
-            raise RecordingError(file, f"not a CommonRoad file: expected the root element commonRoad, got {root}")
-        scenario, problems = _parsed(file, lines)
+        scenario, problems = _parsed(file, _checked_lines(file))
         check_time_step(file, float(scenario.dt), "the attribute timeStepSize")
         _check_lanelets(file, scenario.lanelet_network)
         for obstacle in (*scenario.static_obstacles, *scenario.dynamic_obstacles):
@@ -127,13 +124,15 @@ def _part(error: Exception) -> tuple[str, str]:
     return name if whole is inner else f"{inner.tag} of {name}", whole.get("id", "")
 
 
-def _checked(file: Path) -> tuple[str, dict[str, int]]:
-    """Name of the root element of a file whose initial states are stated, and the line of each number.
+def _checked_lines(file: Path) -> dict[str, int]:
+    """The line of each number in a CommonRoad file, in which all of `STATED` is stated.
 
-    Without bodies that are beside the positions of their obstacles or turned against them, which some versions of
-    commonroad-io read as if they were not.
+    Bodies that are beside the positions of their obstacles or turned against them are refused, as some versions of
+    commonroad-io read them as if they were not.
     """
     root, lines, ends = _elements(file)
+    if root.tag != "commonRoad":
+        raise RecordingError(file, f"not a CommonRoad file: expected the root element commonRoad, got {root.tag}")
     for parent in root.findall(".//initialState/.."):
         role = (parent.findtext("role") or "").strip() if parent.tag == "obstacle" else ""  # of 2018b
         whose = f"{role}Obstacle" if role else parent.tag
@@ -148,7 +147,7 @@ def _checked(file: Path) -> tuple[str, dict[str, int]]:
                 if _number(part.text or ""):
                     problem = f"the body of a {parent.tag} is beside its position, or turned against it"
                     raise RecordingError(file, f"{problem}; expected its position in its middle", ends[part])
-    return root.tag, lines
+    return lines
 
 
 def _elements(file: Path) -> tuple[ElementTree.Element, dict[str, int], dict[ElementTree.Element, int]]:
