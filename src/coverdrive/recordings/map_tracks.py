@@ -153,16 +153,16 @@ def _numbered_anew(file: Path, table: pl.DataFrame, pause: int, repairs: Counter
     steps = table.select(pl.col("moment", "x", "y").diff().over("vehicle"))
     away = (steps["x"] ** 2 + steps["y"] ** 2).sqrt() * (steps["moment"] == 0)
     twice, moved = away > ELSEWHERE, away > APART
-    if twice.sum() <= MOST_UNEVEN * len(table) and moved.sum() > MOST_REPEATED * len(table):
-        row = int(moved.arg_max() or 0)
-        found = f"vehicle {table['vehicle'][row]} is at two places at {table['clock'][row]:g} s, and so are others"
-        hint = "give times to the millisecond, as where they are rounded to less than there are frames"
-        raise RecordingError(file, f"{found}; expected a time for each row of a vehicle: {hint}", table[ROW][row])
     if twice.sum() > MOST_UNEVEN * len(table):
         row = int(twice.arg_max() or 0)
         found = f"the number {table['vehicle'][row]} of a vehicle is at two places at {table['clock'][row]:g} s"
         hint = "number the vehicles of different runs apart, or give each run a file of its own"
         raise RecordingError(file, f"{found}, and so are others; expected each once: {hint}", table[ROW][row])
+    if moved.sum() > MOST_REPEATED * len(table):
+        row = int(moved.arg_max() or 0)
+        found = f"vehicle {table['vehicle'][row]} is at two places at {table['clock'][row]:g} s, and so are others"
+        hint = "give times to the millisecond, as where they are rounded to less than there are frames"
+        raise RecordingError(file, f"{found}; expected a time for each row of a vehicle: {hint}", table[ROW][row])
     back = (steps["moment"] > pause).fill_null(False)
     if not back.any():
         return table

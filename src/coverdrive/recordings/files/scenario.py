@@ -110,13 +110,13 @@ def _part(error: Exception) -> tuple[str, str]:
 
     It is what the reader held last: the innermost XML element, and that around it which has a number.
     """
-    held = [frame.f_locals for frame, _ in walk_tb(error.__traceback__)]
-    elements = [[each for each in names.values() if isinstance(each, ElementTree.Element)] for names in held]
-    inner = next((found[-1] for found in reversed(elements) if found), None)
-    if inner is None:
+    held = [each for frame, _ in walk_tb(error.__traceback__) for each in frame.f_locals.values()]
+    elements = [each for each in held if isinstance(each, ElementTree.Element)]
+    if not elements:
         twice = re.search(r"ID (\d+) is already used", str(error))
         return "it", twice[1] if twice else ""
-    around = [each for found in elements for each in found if each.get("id") and inner in each.iter()]
+    inner = elements[-1]
+    around = [each for each in elements if each.get("id") and inner in each.iter()]
     if not around:
         return f"its element {inner.tag}", ""
     whole = around[-1]
