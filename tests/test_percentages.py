@@ -1,6 +1,10 @@
 """Numbers as they are written for readers."""
 
-from coverdrive.percentages import at_most, interval, percent
+import re
+from pathlib import Path
+
+import coverdrive
+from coverdrive.percentages import at_most, change, interval, percent
 
 
 def test_percentages_have_a_space_and_no_needless_zeros() -> None:
@@ -14,8 +18,19 @@ def test_percentages_have_a_space_and_no_needless_zeros() -> None:
     assert interval(2e-8, 1e-6) == "0.000002–0.0001 %"
 
 
+def test_differences_have_a_sign_and_one_decimal_at_most() -> None:
+    shares = (0.015, -0.4, 0.00449, 1.0, 0.0, -1e-17)
+    assert [change(share) for share in shares] == ["+1.5 %", "-40 %", "+0.4 %", "+100 %", "+0 %", "+0 %"]
+
+
 def test_bounds_from_above_are_rounded_up() -> None:
     assert [at_most(bound) for bound in (0.1, 0.144, 0.13583, 0.135831, 0.0012341, 0.002, 0.0, 1.0)] == [
         "10 %", "14.4 %", "13.59 %", "13.59 %", "0.1235 %", "0.2 %", "0 %", "100 %",
     ]  # fmt: skip
     assert at_most(0.07230000000000001, 3) == "7.23 %" and at_most(0.0723001, 3) == "7.24 %"
+
+
+def test_nothing_writes_percentages_in_another_way() -> None:
+    """As formats of Python do, without the space and with needless zeros."""
+    files = Path(coverdrive.__file__).parent.rglob("*.py")
+    assert [file.name for file in files if re.search(r":[+.\d]*%\}", file.read_text(encoding="utf-8"))] == []

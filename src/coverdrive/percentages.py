@@ -20,6 +20,11 @@ def percent(share: float, digits: int = 3) -> str:
     return f"{said} %"
 
 
+def change(difference: float) -> str:
+    """A difference of two shares as a percentage with its sign, to a tenth, as in +1.5 % or -40 %."""
+    return f"{round(100 * difference, 1) + 0.0:+g} %"  # never -0
+
+
 def at_most(bound: float, digits: int = 4) -> str:
     """A bound from above as a percentage, rounded up to so many significant digits."""
     if not 0 < bound < math.inf:

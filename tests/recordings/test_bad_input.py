@@ -111,7 +111,7 @@ TABLES: dict[str, tuple[Callable[[pl.DataFrame], pl.DataFrame], str]] = {
     ),
     "within each other": (
         lambda t: t.with_columns(lat=1.8 + 1.1 * (pl.col("vehicle") % 3), lon=pl.col("lon") - 39 * pl.col("vehicle")),
-        r"vehicle \d at 0 s lies within vehicle \d, and so do 100% of those .* are in one unit",
+        r"vehicle \d at 0 s lies within vehicle \d, and so do 100 % of those .* are in one unit",
     ),
     "widths of another unit": (
         scaled("width", FOOT),

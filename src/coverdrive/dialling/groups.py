@@ -17,6 +17,7 @@ from coverdrive.errors import DataError
 from coverdrive.files import write_atomically
 from coverdrive.league.beliefs import KnownFuture
 from coverdrive.linked import linked
+from coverdrive.percentages import percent
 from coverdrive.prediction.certifying.scored import ScoredSides
 from coverdrive.prediction.data.segments import Segments, cut_segments
 from coverdrive.prediction.data.split import Split
@@ -166,14 +167,14 @@ class ChosenOnGroups:
         }
         spread = " and ".join(
             f"{mine['mean_speed']:.1f} m/s{best.get(mine['group'], '')}, {mine['collisions']} collisions in "
-            f"{mine['drives']} drives, {mine['share_unsafe']:.1%} unsafe plans"
+            f"{mine['drives']} drives, {percent(mine['share_unsafe'])} unsafe plans"
             for mine in ours.iter_rows(named=True)
         )
         return (
             f"Nothing is proved of replays: {self.groups} groups of scenes share no vehicle, and {self.needed:,} would "
             "be needed, none with a collision. Chosen are sets that a calibration vehicle leaves in "
-            f"{self.share:.0%} of its windows (scale {self.scale:.2g}); in the groups, each driven by what was fitted "
-            f"to the others: {spread}."
+            f"{percent(self.share)} of its windows (scale {self.scale:.2g}); in the groups, each driven by what was "
+            f"fitted to the others: {spread}."
         )
 
 

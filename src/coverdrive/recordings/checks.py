@@ -14,6 +14,7 @@ import polars as pl
 from jaxtyping import Bool, Float, Int, Num
 
 from coverdrive.errors import DataError
+from coverdrive.percentages import percent
 from coverdrive.road import NARROWEST, LaneEdges, Road, lanes_there
 
 TIME_STEPS = (0.02, 1.0)
@@ -462,9 +463,9 @@ def _within(rows: Rows) -> Iterator[str]:
     if share > MOST_WITHIN and len(np.unique(vehicle[inside])) >= ENOUGH:
         first, second = inside[:, 0]
         yield (
-            f"{rows.at(first)} lies within vehicle {vehicle[second]}, and so do {share:.0%} of those that have another "
-            "one beside them; expected vehicles apart: check that positions, lengths and widths are in one unit, as "
-            "feet or metres"
+            f"{rows.at(first)} lies within vehicle {vehicle[second]}, and so do {percent(share, 2)} of those that have "
+            "another one beside them; expected vehicles apart: check that positions, lengths and widths are in one "
+            "unit, as feet or metres"
         )
 
 

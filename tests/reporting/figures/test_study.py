@@ -66,6 +66,7 @@ def test_without_a_collision_there_are_marks_intervals_and_counts():
         assert set(points.y) == {0} and points.colour == bars.colour == texts.colour
         assert points.name == bars.name == texts.name  # shown and hidden together
         assert list(texts.text) == ["0"] and all(each.startswith("0 of 2 ") for each in points.hover)
+        assert points.hover[0].endswith(" collision: 0 % (0–85 %)")
         assert min(points.high) > 50
 
 

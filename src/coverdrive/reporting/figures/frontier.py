@@ -79,14 +79,14 @@ def frontier_sketch(lines: pl.DataFrame, scale: float) -> str:
 
 
 def _marks(line: dict[str, Any], number: int) -> list[Mark]:
-    low, high = 100 * line["rate_low"], 100 * line["rate_high"]
+    low, high = line["rate_low"], line["rate_high"]
     scale = "" if line["scale"] is None else f", λ = {line['scale']:g}"
-    said = f"{line['who']}{scale}\n{line['collisions']} of {line['drives']} collided ({low:.2g}–{high:.2g} %)"
+    said = f"{line['who']}{scale}\n{line['collisions']} of {line['drives']} collided ({interval(low, high)})"
     x, y = 100 * line["collisions"] / line["drives"], line["mean_speed"]
     name, proof = f"{line['who']}, {line['drives_of']}", line["drives_of"] == "proof"
     colour = style.CYCLE[(number + 4 * proof) % len(style.CYCLE)]
     marks = crossed(
-        x, y, (low, high), (line["speed_low"], line["speed_high"]), f"{said}\n{y:.2f} m/s", colour=colour,
+        x, y, (100 * low, 100 * high), (line["speed_low"], line["speed_high"]), f"{said}\n{y:.2f} m/s", colour=colour,
         marker=style.MARKERS[number % len(style.MARKERS)], name=name,
     )  # fmt: skip
     if scale:

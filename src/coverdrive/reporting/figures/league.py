@@ -4,6 +4,7 @@ from typing import Any
 
 import polars as pl
 
+from coverdrive.percentages import interval
 from coverdrive.reporting.plotting import style
 from coverdrive.reporting.plotting.figure import Axis, Figure, Line, Mark, Panel, crossed
 
@@ -58,12 +59,11 @@ def _frontier(world: pl.DataFrame) -> Line:
 
 
 def _marks(row: dict[str, Any], number: int) -> list[Mark]:
-    low, high = row["low"], row["high"]
     count = f"{row['at_fault']} of {row['drives']} collided at fault"
-    count += "" if low is None else f" ({low:.2g}–{high:.2g} %)"
+    count += "" if row["low"] is None else f" ({interval(row['at_fault_low'], row['at_fault_high'])})"
     gained = f"{row['progress']:.2f} m/s" if row["solved"] is None else f"{row['solved']} solved"
     return crossed(
-        row["risk"], row["progress"], (low, high), (row["least"], row["most"]), f"{row['planner']}\n{count}\n{gained}",
-        colour=style.CYCLE[number % len(style.CYCLE)], marker=style.MARKERS[number % len(style.MARKERS)],
-        name=row["planner"],
+        row["risk"], row["progress"], (row["low"], row["high"]), (row["least"], row["most"]),
+        f"{row['planner']}\n{count}\n{gained}", colour=style.CYCLE[number % len(style.CYCLE)],
+        marker=style.MARKERS[number % len(style.MARKERS)], name=row["planner"],
     )  # fmt: skip

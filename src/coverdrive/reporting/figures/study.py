@@ -6,6 +6,7 @@ All of these are of at least one trial.
 import numpy as np
 import polars as pl
 
+from coverdrive.percentages import interval, percent
 from coverdrive.reporting.plotting import style
 from coverdrive.reporting.plotting.figure import Axis, Bars, Figure, Line, Mark, Panel, Points, Rule, Shapes, Texts
 from coverdrive.simulation.measures.statistics import DEPENDENT, PAPER, PAPER_TRIALS, collision_table, telling_rows
@@ -70,13 +71,14 @@ def collisions_figure(results: pl.DataFrame, replayed: bool = False) -> Figure:
 def _collisions(table: pl.DataFrame, kind: str, place: np.ndarray) -> list[Mark]:
     """Rates, intervals and counts of one kind of collision, and the paper's total over all numbers of vehicles."""
     name, colour, marker = _KINDS[kind]
-    rate, low, high = (100 * table[f"{kind}_{part}"].to_numpy() for part in ("rate", "low", "high"))
-    counts = table[kind].to_list()
-    known = not np.isnan(low).any()
+    parts = [f"{kind}_{part}" for part in ("rate", "low", "high")]
     hover = [
-        f"{count} of {total} with a {name} collision: {value:.3g} %" + f" ({least:.2g}–{most:.3g} %)" * known
-        for count, total, value, least, most in zip(counts, table["trials"], rate, low, high, strict=True)
+        f"{count} of {total} with a {name} collision: {percent(rate)}"
+        + ("" if low is None else f" ({interval(low, high)})")
+        for count, total, rate, low, high in table.select(kind, "trials", *parts).iter_rows()
     ]
+    rate, low, high = (100 * table[part].to_numpy() for part in parts)
+    known = not np.isnan(low).any()
     ends = (low, high) if known else (None, None)
     paper = f"paper, {name}: {PAPER[kind]} of {PAPER_TRIALS}"
     return [
@@ -85,7 +87,7 @@ def _collisions(table: pl.DataFrame, kind: str, place: np.ndarray) -> list[Mark]
         Texts(
             x=place,
             y=high if known else rate,
-            text=[str(count) for count in counts],
+            text=[str(count) for count in table[kind]],
             anchor="middle",
             above=2,
             colour=colour,

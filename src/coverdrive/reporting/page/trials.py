@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
+from coverdrive.percentages import percent
 from coverdrive.reporting.contents import Contents
 from coverdrive.simulation.measures.notable import COLLIDED, NEARLY
 
@@ -39,12 +40,14 @@ COLUMNS = (
     ("jerk_longitudinal", "jerk along [m/s³]", "{:.1f}"),
     ("hardest_braking_behind", "hardest braking behind [m/s²]", "{:.1f}"),
     ("maximum_slack", "largest slack", "{:.2f}"),
-    ("share_unsafe", "unsafe plans", "{:.1%}"),
+    ("share_unsafe", "unsafe plans", "{percent}"),
     ("prediction_misses", "windows missed", "{:d} of {windows}"),
     ("vehicles_missed", "vehicles missed", "{:d} of {vehicles_seen}"),
     ("planning_p99", "planning, 99 % [ms]", "{:.0f}"),
 )
-"""name in the table of trials, name on the page with its unit, and format, which may name other columns too"""
+"""name in the table of trials, name on the page with its unit, and format, which may name other columns too, or the
+value as a ``percent``
+"""
 
 LEAST_FIRST = {"mean_speed", "minimum_gap", "minimum_time_to_collision", "usual_headway"}
 """columns of which the least values are worth a look; of the others the largest are"""
@@ -77,4 +80,4 @@ def _number(row: Mapping[str, Any], name: str, form: str) -> tuple[float, str]:
     value = row[name]
     if value is None or not math.isfinite(value):
         return (math.nan if value is None else float(value)), "–"
-    return float(value), form.format(value, **row).replace("%", " %")
+    return float(value), form.format(value, percent=percent(value), **row)

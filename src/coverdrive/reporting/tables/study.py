@@ -13,7 +13,7 @@ from rich.text import Text
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.evaluation import Rate
-from coverdrive.percentages import interval
+from coverdrive.percentages import change, interval, percent
 from coverdrive.plan import Status
 from coverdrive.reporting.claim import proved
 from coverdrive.reporting.tables.fitting import columns_table, facts_table
@@ -120,9 +120,9 @@ def drives_table(trials: pl.DataFrame) -> Table:
         *([] if behind is None else [
             ("hardest braking of the one behind (in replays as recorded)",
              f"{behind[0]:.1f} m/s² in the median trial, 1 of 20 trials at least {behind[1]:.1f} m/s²")]),
-        ("plans with slack", f"{plan_share(trials, 'slack'):.1%}, largest {values('maximum_slack').max():.2f}"),
+        ("plans with slack", f"{percent(plan_share(trials, 'slack'))}, largest {values('maximum_slack').max():.2f}"),
         (f"plans {' / '.join(status.value for status in Status)}",
-         " / ".join(f"{plan_share(trials, status.name.lower()):.2%}" for status in Status)),
+         " / ".join(percent(plan_share(trials, status.name.lower())) for status in Status)),
         ("prediction and planning per step",
          f"median {1e3 * np.median(values('planning_median')):.1f} ms, "
          f"99th percentile {1e3 * np.median(values('planning_p99')):.1f} ms (each of the median trial), "
@@ -178,12 +178,12 @@ def comparison_table(comparison: Comparison) -> Table:
 def _difference(each: Difference) -> tuple[str, ...]:
     """Shares of trials as percentages with the pairs that differ, means as they are with all pairs."""
     if each.only is not None:
-        means, form, pairs = (f"{each.first:.1%}", f"{each.second:.1%}"), "+.1%", "{}:{}".format(*each.only)
+        means, changed, pairs = (percent(each.first), percent(each.second)), change, "{}:{}".format(*each.only)
     else:
         means = (_known(mean, ".4g" if abs(mean) >= 1 else ".3g") for mean in (each.first, each.second))
-        form, pairs = "+.3g", str(each.pairs)
-    interval = "–" if np.isnan(each.low) else f"{each.low:{form}} … {each.high:{form}}"
-    difference = f"{each.value:{form}} ({interval})" if each.pairs else "–"
+        changed, pairs = "{:+.3g}".format, str(each.pairs)
+    interval = "–" if np.isnan(each.low) else f"{changed(each.low)} … {changed(each.high)}"
+    difference = f"{changed(each.value)} ({interval})" if each.pairs else "–"
     p = "<0.001" if each.p < 0.001 else _known(each.p, ".2g")
     return each.name.replace("_", " "), *means, difference, p, pairs
 

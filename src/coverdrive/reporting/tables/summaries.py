@@ -98,7 +98,7 @@ def folds_table(folds: Sequence[Fold]) -> Table:
         rows.append((*places, at_most(bound), own.brief, percent(windows), found.sized))
     if rates:
         *shares, size = ((np.mean(each), min(each), max(each)) for each in zip(*rates, strict=True))
-        said = ("{:.1%} ({:.1%}–{:.1%})".format(*each) for each in shares)
+        said = ("{} ({}–{})".format(*map(percent, each)) for each in shares)
         rows.append(("mean (range)", "", *said, "{:.1f} ({:.1f}–{:.1f})".format(*size)))
     columns = ("calibration", "test", "bound ε", "missed (95 %)", "windows", "set size")
     return columns_table("Scene groups in every role", columns, rows, "numbers of the scene groups of a side", first={})
@@ -136,7 +136,7 @@ def bases_table(studied: Sequence[StudiedBasis]) -> Table:
         (
             f"{each.basis.radius:g}", str(len(each.basis)),
             str(each.among_segments), str(each.anywhere),
-            f"{each.covered:.2%}", f"{each.largest:.4f}", f"{each.cumulative[:10][-1]:.1%}", f"{each.seconds:.1f}",
+            percent(each.covered), f"{each.largest:.4f}", percent(each.cumulative[:10][-1]), f"{each.seconds:.1f}",
             f"{each.bound_seconds:.1f}",
         )
         for each in studied
