@@ -56,6 +56,11 @@ def test_cells_have_counts_and_differences() -> None:
     assert (sumo.name, len(sumo.rows), sumo.left_out) == ("sumo-1500", 1, [])
 
 
+def test_without_anybody_near_there_is_no_least_gap() -> None:
+    (world,) = worlds_of(pl.DataFrame([line("drivers", "alone", 0, 25.0) | {"least_gap": np.inf}], schema=SCHEMA))
+    assert dict(zip(COLUMNS, world.rows[0], strict=True))["least"] == "none"
+
+
 def test_replays_have_no_intervals() -> None:
     row = line("replay", "default", 4, 25.0) | {name: None for name in SCHEMA if name.endswith(("_low", "_high"))}
     table = pl.DataFrame([row], schema=SCHEMA)

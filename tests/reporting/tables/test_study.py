@@ -33,6 +33,12 @@ def certificate(unit: str, epsilon: float) -> Certificate:
     return Certificate("post-bloating", epsilon, 0.99, 100, unit, 7, 0, 0, 0, 0.75, "")
 
 
+def facts_of(table) -> dict[str, str]:
+    """What a table of facts says, by the name of each fact."""
+    names, facts = (list(column.cells) for column in table.columns)
+    return dict(zip(names, facts, strict=True))
+
+
 def test_collisions_by_number_of_vehicles() -> None:
     kinds = [*["finished"] * 19, "side", "rear-end", *["finished"] * 19]
     rows = [
@@ -119,12 +125,20 @@ def test_drives_weigh_statuses_by_time_and_count_departures() -> None:
     text = printed(drives_table(table), 160)
     for part in (
         "80 % / 20 % / 0 % / 0 %", "1 by more than 0.1 m, at most 0.40 m", "median 15.0 ms", "21.0 m/s",
-        "least 1.50 m", "least inf s",
+        "least 1.50 m, 1 of 10 trials at most 1.50 m",
     ):  # fmt: skip
         assert part in text
 
 
-@pytest.mark.parametrize(("alone", "said"), [(2, "1.50, 3.00 s"), (3, "inf, inf s")])
+def test_where_nobody_is_near_the_least_is_none() -> None:
+    infinite = [float("inf")] * 20
+    table = trials(minimum_gap=infinite, minimum_time_to_collision=[1.25, *infinite[1:]], time=[20.0] * 20)
+    facts = facts_of(drives_table(table))
+    assert facts["gap to another vehicle"] == "none" and not any("inf" in fact for fact in facts.values())
+    assert facts["time to collision"] == "least 1.25 s"  # nothing of 1 of 10 trials, which met nobody
+
+
+@pytest.mark.parametrize(("alone", "said"), [(2, "1.50, 3.00 s in the median trial"), (3, "none")])
 def test_headways_are_those_of_drives_behind_somebody_in_terminal_page_and_frontier(alone: int, said: str) -> None:
     infinite = [float("inf")] * alone
     table = trials(
@@ -133,11 +147,12 @@ def test_headways_are_those_of_drives_behind_somebody_in_terminal_page_and_front
         median_headway=[*infinite, *[3.0, 3.0] * (alone == 2)],
     )
     usual = said.split(",")[0]
-    assert f"{said} in the median trial" in printed(drives_table(table), 160)
+    assert facts_of(drives_table(table))["time headway in 9 of 10 moments behind somebody, in half of them"] == said
     line = frontier({("pilot", "somebody", None): table}, make_contents().predictor)
-    assert f" {usual} s" in printed(frontier_table(line), 160)
+    shown = "none" if usual == "none" else f"{usual} s"
+    assert f" {shown}" in printed(frontier_table(line), 160)
     tile = tiles(replace(make_contents(), trials=table))[1]
-    assert tile.value == ("–" if usual == "inf" else f"{usual} s")
+    assert tile.value == shown.replace("none", "–")
 
 
 def test_how_hard_those_behind_braked_is_said_where_it_was_measured() -> None:

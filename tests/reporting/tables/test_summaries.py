@@ -9,7 +9,7 @@ from report_fakes import make_contents, printed
 
 from coverdrive.prediction.fit import Fit
 from coverdrive.recordings.summary import Summary
-from coverdrive.reporting.tables.summaries import fit_table, recordings_table
+from coverdrive.reporting.tables.summaries import fit_table, recordings_table, solved_table
 
 
 def summary(groups: tuple[int, ...], repairs: dict[str, int]) -> Summary:
@@ -36,3 +36,9 @@ def test_a_fit_counts_its_scene_groups(scenes: int, said: str) -> None:
         certificates=certificates, occupied=certified.occupied, uncovered=certified.uncovered,
     )  # fmt: skip
     assert said in printed(fit_table(fit), 300)
+
+
+def test_the_gap_of_a_drive_on_which_nobody_was_is_none() -> None:
+    row = {"scenario": "ZAM-1", "problem": 7, "solved": True, "reason": "", "checked": True, "time": 4.0}
+    text = printed(solved_table([row | {"mean_speed": 21.5, "minimum_gap": float("inf"), "share_unsafe": 0.25}]))
+    assert "4.0 21.5 none 25" in " ".join(text.split()) and "inf" not in text

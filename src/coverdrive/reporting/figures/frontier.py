@@ -10,7 +10,7 @@ from coverdrive.dialling.frontier import OURS, POWER, drives_to_tell
 from coverdrive.percentages import at_most, interval, percent
 from coverdrive.reporting.plotting import style
 from coverdrive.reporting.plotting.figure import Axis, Figure, Mark, Panel, Texts, crossed
-from coverdrive.reporting.tables.fitting import columns_table
+from coverdrive.reporting.tables.fitting import columns_table, or_none
 
 
 def frontier_table(lines: pl.DataFrame) -> Table:
@@ -108,7 +108,7 @@ def _cells(line: dict[str, Any]) -> tuple[str, ...]:
         str(line["own_fault"]),
         speed,
         percent(line["share_unsafe"], 2),
-        f"{line['headway']:.2f} s",
+        or_none(line["headway"], "{:.2f} s"),
     )
 
 

@@ -4,6 +4,7 @@ Every column is at least as wide as its longest word. Where not all of them have
 for each value, with the head of its column before it.
 """
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -84,6 +85,11 @@ def columns_table(
     for row in rows:
         table.add_row(*row)
     return table
+
+
+def or_none(value: float, form: str) -> str:
+    """A number with its unit, such as a least gap, or "none" where it is infinite, as nobody was near."""
+    return form.format(value) if math.isfinite(value) else "none"
 
 
 def _range(console: Console, column: Column) -> Measurement:

@@ -6,7 +6,7 @@ import polars as pl
 from rich.table import Table
 
 from coverdrive.percentages import interval
-from coverdrive.reporting.tables.fitting import columns_table
+from coverdrive.reporting.tables.fitting import columns_table, or_none
 
 COLUMNS = (
     "planner", "drives", "at fault", "not at fault", "mean speed [m/s]", "unsafe [%]", "jerk along [m/s³]",
@@ -98,7 +98,7 @@ def _solved(row: dict[str, Any]) -> tuple[str, ...]:
 
 def _last(row: dict[str, Any]) -> tuple[str, str, str]:
     return (
-        "–" if row["least_gap"] is None else f"{row['least_gap']:.1f}",
+        "–" if row["least_gap"] is None else or_none(row["least_gap"], "{:.1f}"),
         "–" if row["planning_median"] is None else f"{1e3 * row['planning_median']:.1f}",
         row["sets"] or "",
     )

@@ -16,7 +16,7 @@ from coverdrive.certificates.evaluation import Rate
 from coverdrive.percentages import change, interval, percent
 from coverdrive.plan import Status
 from coverdrive.reporting.claim import proved
-from coverdrive.reporting.tables.fitting import columns_table, facts_table
+from coverdrive.reporting.tables.fitting import columns_table, facts_table, or_none
 from coverdrive.simulation.drives.outcome import Cause, Fault
 from coverdrive.simulation.measures.misses import NEAR
 from coverdrive.simulation.measures.notable import COLLIDED
@@ -101,16 +101,18 @@ def drives_table(trials: pl.DataFrame) -> Table:
 
     def least(name: str, unit: str) -> str:
         smallest, tenth = np.quantile(values(name), [0, 0.1], method="lower")
-        return f"least {smallest:.2f} {unit}, 1 of 10 trials at most {tenth:.2f} {unit}"
+        others = f", 1 of 10 trials at most {tenth:.2f} {unit}" if np.isfinite(tenth) else ""
+        return or_none(smallest, f"least {{:.2f}} {unit}") + others
 
     departure, behind = values("road_departure"), braking_behind(trials)
+    often, half = (median_headway(trials, name) for name in ("usual_headway", "median_headway"))
     return facts_table("Drives", [
         ("mean speed, progress", f"{mean('mean_speed'):.1f} m/s, {mean('distance'):.0f} m per trial"),
         ("lane changes, overtakes per trial", f"{mean('lane_changes'):.2f}, {mean('overtakes'):.2f}"),
         ("gap to another vehicle", least("minimum_gap", "m")),
         ("time to collision", least("minimum_time_to_collision", "s")),
         ("time headway in 9 of 10 moments behind somebody, in half of them",
-         f"{median_headway(trials):.2f}, {median_headway(trials, 'median_headway'):.2f} s in the median trial"),
+         or_none(often, f"{{:.2f}}, {half:.2f} s in the median trial")),
         ("time headway", least("minimum_headway", "s")),
         ("time headway left to the one behind", least("minimum_left", "s")),
         ("distance to one alongside", least("minimum_beside", "m")),

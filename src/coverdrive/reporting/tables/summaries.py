@@ -13,7 +13,7 @@ from coverdrive.prediction.fit import Fit
 from coverdrive.prediction.fits.folds import Fold
 from coverdrive.recordings.summary import Summary
 from coverdrive.reporting.claim import BY_ITSELF, ON_AVERAGE, proved, set_facts, signs, strength, whose
-from coverdrive.reporting.tables.fitting import columns_table, facts_table
+from coverdrive.reporting.tables.fitting import columns_table, facts_table, or_none
 from coverdrive.simulation.measures.trial import Row
 
 
@@ -148,8 +148,10 @@ def solved_table(found: Sequence[Row]) -> Table:
     """What came of planning problems, and why of those that are not solved."""
     rows: list[Sequence[str | Text]] = []
     for row in found:
-        driven = [] if row["time"] is None else [f"{row['time']:.1f}", f"{row['mean_speed']:.1f}"]
-        driven += [] if row["time"] is None else [f"{row['minimum_gap']:.1f}", f"{100 * row['share_unsafe']:.0f}"]
+        driven: list[str] = []
+        if row["time"] is not None:
+            gap = or_none(row["minimum_gap"], "{:.1f}")
+            driven = [f"{row['time']:.1f}", f"{row['mean_speed']:.1f}", gap, f"{100 * row['share_unsafe']:.0f}"]
         name = row["scenario"] if row["problem"] is None else f"{row['scenario']} {row['problem']}"
         rows.append((Text(name), Text("solved" if row["solved"] else row["reason"]), *driven))
     solved = sum(row["solved"] for row in found)
