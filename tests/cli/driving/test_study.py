@@ -1,17 +1,22 @@
 """What ``coverdrive study`` prints of drives."""
 
+import json
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
+import polars as pl
 import pytest
 from simulation_fakes import fakes
 
 from command import coverdrive
 from coverdrive.certificates.bounds import rate_limit
-from coverdrive.certificates.drives import anytime_limit
+from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.drives import Proof, anytime_limit
 from coverdrive.cli.driving.study import study_and_print
 from coverdrive.config import Experiment, StudySettings
+from coverdrive.dialling.dial import Dialled
 from coverdrive.errors import SettingError
 from coverdrive.percentages import at_most
 from coverdrive.results import Results
@@ -66,6 +71,23 @@ def test_a_study_that_went_on_proves_what_holds_at_any_time(tmp_path: Path) -> N
     for trials, limit in ((3, rate_limit(0.99, 0, 3)), (4, anytime_limit(0, 4, 0.99)), (4, anytime_limit(0, 4, 0.99))):
         told = study_and_print(Study(fakes(), tmp_path), results, StudySettings(trials=trials, workers=1))
         assert f"at most {at_most(limit)} of" in told["proved"]
+
+
+def test_in_what_drives_are_others_than_those_that_the_dial_proved_is_told_to_scripts(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study, proof = Study(fakes(), tmp_path), Proof("collide", 0, 50, 0.1, 0.1, 0.99, "named beforehand", "1-s drives")
+    described = json.loads(json.dumps(study.setup.description()))
+    for changed, said in (
+        ({}, ""),
+        ({"vehicles": [9]}, "These drives are others than those that were proved: vehicles"),
+    ):
+        proved = Dialled(0.5, True, (proof,), 20.0, Mock(Certificate), "There.", described | changed, pl.DataFrame())
+        results: Any = SimpleNamespace(certified=SimpleNamespace(planned_against=()), dialled=proved)
+        told = study_and_print(study, results, StudySettings(trials=1, workers=1))
+        printed = " ".join(capsys.readouterr().out.split())
+        assert told["unlike"].startswith(said) and (told["unlike"] == "") == (said == "")
+        assert proved.sentence in printed and told["unlike"] in printed
 
 
 def test_sweeps_in_other_traffics_have_folders_of_their_own(quick_fit: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -120,9 +120,9 @@ def study_and_print(
     console.print(collisions_table(trials, replayed))
     console.print(safety_table(trials, certificates, replayed))
     console.print(drives_table(trials))
-    proved = proved_by(study)
+    proved, dial = proved_by(study), said_of_dial(dialled, study.setup)
     console.print(f"• {proved}")
-    for line in said_of_dial(dialled, study.setup):
+    for line in dial:
         console.print(f"• {line}")
     for number, reason in study.unstarted.select("trial", "reason").iter_rows():
         console.print(f"• Trial {number} could not start: {reason}")
@@ -131,6 +131,7 @@ def study_and_print(
         "results": str(study.folder),
         "driven_on": place,
         "proved": proved,
+        "unlike": "".join(dial[1:]),
         "collisions": study.collisions.to_dicts(),
         "trials": trials.to_dicts(),
         "unstarted": study.unstarted.to_dicts(),
