@@ -16,7 +16,6 @@ from coverdrive.reporting.drives.reasons import reason_of
 from coverdrive.reporting.drives.road_drawing import RoadDrawing, height_of
 from coverdrive.reporting.drives.worst_moment import worst_moment
 from coverdrive.reporting.plotting import style
-from coverdrive.reporting.plotting.figure import TWO_COLUMNS
 from coverdrive.road_markings import ahead_label
 from coverdrive.simulation.drives.outcome import Kind
 from coverdrive.simulation.drives.trace import Trace
@@ -55,9 +54,9 @@ def snapshots(
             f"\n{in_lines(f'{trace.plans[step].status.value}: {reason.text}')}" * bool(reason.text)
             for (step, _), reason in zip(moments, reasons, strict=True)
         ]
-        height = _ABOUT + height_of(trace.road, TWO_COLUMNS - _BESIDE)
+        height = _ABOUT + height_of(trace.road, style.TWO_COLUMNS - _BESIDE)
         lines = sum(text.count("\n") for text in said)
-        figure = style.new_figure(TWO_COLUMNS, _ABOVE + height * len(moments) + LINE * (lines + bool(lines)))
+        figure = style.new_figure(style.TWO_COLUMNS, _ABOVE + height * len(moments) + LINE * (lines + bool(lines)))
         panels = figure.subplots(len(moments), 1, sharex=True, squeeze=False)[:, 0]
         for letter, (axes, (step, remark), why) in enumerate(zip(panels, moments, said, strict=True), start=ord("a")):
             drawing = RoadDrawing(axes, trace.road, trace.scene.vehicles)

@@ -11,7 +11,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import FancyBboxPatch
 
 from coverdrive.reporting.plotting import style
-from coverdrive.reporting.plotting.figure import TWO_COLUMNS
 
 _LANE = 5.4
 """height of a lane"""
@@ -50,7 +49,7 @@ speed, clearance across the road, and length"""
 def affordance_figure() -> Figure:
     """Draw the sketch."""
     with style.style():
-        figure = style.new_figure(TWO_COLUMNS, 2.7)
+        figure = style.new_figure(style.TWO_COLUMNS, 2.7)
         axes = figure.subplots()
         axes.set(xlim=(_LEFT, _RIGHT), ylim=(-1.5 * _LANE - 0.2, 1.5 * _LANE + 0.2), aspect="equal")
         axes.set_axis_off()

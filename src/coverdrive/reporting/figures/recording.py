@@ -15,7 +15,6 @@ from matplotlib.figure import Figure
 from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.summary import accelerations, following
 from coverdrive.reporting.plotting import style
-from coverdrive.reporting.plotting.figure import TWO_COLUMNS
 
 MOST_PIECES = 60_000
 """of tracks that are drawn; of longer recordings, every so many-th row"""
@@ -35,7 +34,7 @@ def road_figure(recording: Recording) -> Figure:
     norm = Normalize(0.0, max(float(np.quantile(speed, 0.999)), 1.0))
     used = [each for each in range(road.lanes) if np.any(lane == each)][::-1]
     with style.style():
-        figure = style.new_figure(TWO_COLUMNS, 3.6 + 2.2)
+        figure = style.new_figure(style.TWO_COLUMNS, 3.6 + 2.2)
         above, below = figure.subfigures(2, 1, height_ratios=(3.4, 2.4), squeeze=False)[:, 0]
         world, straight = above.subplots(2, 1)
         _draw_map(world, recording, pieces, norm)
@@ -63,7 +62,7 @@ def histogram_figure(recordings: Sequence[Recording]) -> Figure:
         "acceleration [m/s²]": [accelerations(recording) for recording in recordings],
     }
     with style.style():
-        figure = style.new_figure(TWO_COLUMNS, 2.2)
+        figure = style.new_figure(style.TWO_COLUMNS, 2.2)
         for axes, (label, parts) in zip(figure.subplots(1, len(joined)), joined.items(), strict=True):
             values = np.concatenate(parts)
             axes.set(xlabel=label, yticks=[])

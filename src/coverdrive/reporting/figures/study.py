@@ -5,6 +5,7 @@ All of these are of at least one trial.
 
 import numpy as np
 import polars as pl
+from matplotlib.cbook import boxplot_stats
 
 from coverdrive.percentages import interval, percent
 from coverdrive.reporting.plotting import style
@@ -129,9 +130,8 @@ def _drives(trials: pl.DataFrame, column: str, numbers: list[int]) -> list[Mark]
 
 def _box(place: float, values: np.ndarray) -> list[Mark]:
     """From quartile to quartile with the median, and whiskers to the last value within 1.5 times as far."""
-    low, middle, high = np.quantile(values, [0.25, 0.5, 0.75])
-    reach = 1.5 * (high - low)
-    least, most = min(low, values[values >= low - reach].min()), max(high, values[values <= high + reach].max())
+    (box,) = boxplot_stats(values, whis=1.5)
+    least, low, middle, high, most = (box[name] for name in ("whislo", "q1", "med", "q3", "whishi"))
     left, right = place - _BOX / 2, place + _BOX / 2
     lines_x = [left, right, np.nan, place, place, np.nan, place, place]
     lines_y = [middle, middle, np.nan, least, low, np.nan, high, most]

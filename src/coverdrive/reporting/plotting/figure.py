@@ -16,10 +16,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
-from coverdrive.reporting.plotting.style import BLUE, GREY
-
-TWO_COLUMNS = 7.16
-"""[inch] width of a figure over both columns of a paper"""
+from coverdrive.reporting.plotting.style import BLUE, GREY, TWO_COLUMNS
 
 _MARGIN = 0.05
 """of an axis beyond what is shown, where no limit is given"""

@@ -44,6 +44,9 @@ SETS = LinearSegmentedColormap.from_list("predicted sets", ["#F8C79F", "#F2BDD3"
 TIMES = LinearSegmentedColormap.from_list("times of the plan", ["#B34700", "#B8327C", "#4B3FB5"])
 """where the ego plans to be, and active constraints, dark in the hue that the sets of the same time have"""
 
+TWO_COLUMNS = 7.16
+"""[inch] width of a figure over both columns of a paper"""
+
 DPI = 200
 """dots per inch of PNG files"""
 
