@@ -5,7 +5,6 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 import polars as pl
-from jaxtyping import Num
 from rich.box import HEAVY_HEAD
 from rich.table import Table
 from rich.text import Text
@@ -93,22 +92,19 @@ def _missed(rate: Rate, bound: Certificate | None) -> str:
 def drives_table(trials: pl.DataFrame) -> Table:
     """How the ego drove, and how long planning took."""
 
-    def values(name: str) -> Num[np.ndarray, " trials"]:
-        return trials[name].to_numpy()
-
-    def mean(name: str) -> float:
-        return values(name).mean()
-
     def least(name: str, unit: str) -> str:
-        smallest, tenth = np.quantile(values(name), [0, 0.1], method="lower")
+        smallest, tenth = np.quantile(trials[name].to_numpy(), [0, 0.1], method="lower")
         others = f", 1 of 10 trials at most {tenth:.2f} {unit}" if np.isfinite(tenth) else ""
         return or_none(smallest, f"least {{:.2f}} {unit}") + others
 
-    departure, behind = values("road_departure"), braking_behind(trials)
+    mean, median, most, total = (
+        each.row(0, named=True) for each in (trials.mean(), trials.median(), trials.max(), trials.sum())
+    )
+    behind = braking_behind(trials)
     often, half = (median_headway(trials, name) for name in ("usual_headway", "median_headway"))
     return facts_table("Drives", [
-        ("mean speed, progress", f"{mean('mean_speed'):.1f} m/s, {mean('distance'):.0f} m per trial"),
-        ("lane changes, overtakes per trial", f"{mean('lane_changes'):.2f}, {mean('overtakes'):.2f}"),
+        ("mean speed, progress", f"{mean['mean_speed']:.1f} m/s, {mean['distance']:.0f} m per trial"),
+        ("lane changes, overtakes per trial", f"{mean['lane_changes']:.2f}, {mean['overtakes']:.2f}"),
         ("gap to another vehicle", least("minimum_gap", "m")),
         ("time to collision", least("minimum_time_to_collision", "s")),
         ("time headway in 9 of 10 moments behind somebody, in half of them",
@@ -117,22 +113,23 @@ def drives_table(trials: pl.DataFrame) -> Table:
         ("time headway left to the one behind", least("minimum_left", "s")),
         ("distance to one alongside", least("minimum_beside", "m")),
         ("jerk along / across, hardest braking",
-         f"{mean('jerk_longitudinal'):.1f} / {mean('jerk_lateral'):.1f} m/s³ (mean of root mean squares), "
-         f"{values('hardest_braking').max():.1f} m/s²"),
+         f"{mean['jerk_longitudinal']:.1f} / {mean['jerk_lateral']:.1f} m/s³ (mean of root mean squares), "
+         f"{most['hardest_braking']:.1f} m/s²"),
         *([] if behind is None else [
             ("hardest braking of the one behind (in replays as recorded)",
              f"{behind[0]:.1f} m/s² in the median trial, 1 of 20 trials at least {behind[1]:.1f} m/s²")]),
-        ("plans with slack", f"{percent(plan_share(trials, 'slack'))}, largest {values('maximum_slack').max():.2f}"),
+        ("plans with slack", f"{percent(plan_share(trials, 'slack'))}, largest {most['maximum_slack']:.2f}"),
         (f"plans {' / '.join(status.value for status in Status)}",
          " / ".join(percent(plan_share(trials, status.name.lower())) for status in Status)),
         ("prediction and planning per step",
-         f"median {1e3 * np.median(values('planning_median')):.1f} ms, "
-         f"99th percentile {1e3 * np.median(values('planning_p99')):.1f} ms (each of the median trial), "
-         f"slowest {1e3 * values('planning_maximum').max():.1f} ms"),
+         f"median {1e3 * median['planning_median']:.1f} ms, "
+         f"99th percentile {1e3 * median['planning_p99']:.1f} ms (each of the median trial), "
+         f"slowest {1e3 * most['planning_maximum']:.1f} ms"),
         ("trials in which the car left the road",
-         f"{(departure > _NOTABLE).sum()} by more than {_NOTABLE} m, at most {departure.max():.2f} m"),
-        ("traffic found no free choice", f"{values('traffic_stuck').sum()} times"),
-        ("uncontrolled vehicles that overlapped", f"{values('traffic_collisions').sum()} pairs"),
+         f"{(trials['road_departure'] > _NOTABLE).sum()} by more than {_NOTABLE} m, "
+         f"at most {most['road_departure']:.2f} m"),
+        ("traffic found no free choice", f"{total['traffic_stuck']} times"),
+        ("uncontrolled vehicles that overlapped", f"{total['traffic_collisions']} pairs"),
     ])  # fmt: skip
 
 
