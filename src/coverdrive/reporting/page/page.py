@@ -16,7 +16,7 @@ from coverdrive.reporting.figures.affordance import affordance_figure
 from coverdrive.reporting.figures.frontier import frontier_sketch
 from coverdrive.reporting.figures.gallery import figures_of
 from coverdrive.reporting.page.replay import MARKS, SEVERITY, SLACK, STATUSES, replay_data
-from coverdrive.reporting.page.summary import ends, facts, heading, shown_certificates, tiles, verdict
+from coverdrive.reporting.page.summary import ends, facts, heading, tiles, verdict
 from coverdrive.reporting.page.trials import COLUMNS, LEAST_FIRST, trial_rows
 from coverdrive.reporting.plotting.drawing import inline_svg
 from coverdrive.reporting.plotting.figure import Figure, to_json
@@ -30,13 +30,13 @@ _TEMPLATES = Path(__file__).parent / "templates"
 def page(contents: Contents) -> str:
     """The report as one HTML page that needs nothing else."""
     with stage("report"):
-        replays = _replays(contents)
+        certified = contents.certified
         return rendered(
             "page",
             figures_of(contents),
             contents=contents,
             league=None if contents.league is None else league_of(contents.league),
-            certificates=shown_certificates(contents),
+            certificates=list(dict.fromkeys((*certified.planned_against, *certified.certificates))),
             heading=heading(contents),
             verdict=verdict(contents),
             tiles=tiles(contents),
@@ -54,7 +54,7 @@ def page(contents: Contents) -> str:
             marks=MARKS,
             slack=SLACK,
             severity=SEVERITY,
-            replays=replays,
+            replays=_replays(contents),
             horizon=max((trace.horizon for trace in contents.traces.values()), default=0.0),
         )
 

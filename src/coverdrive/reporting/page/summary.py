@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.evaluation import Rate
 from coverdrive.percentages import at_most, interval, percent
 from coverdrive.reporting.claim import set_facts, strength, whose
@@ -85,12 +84,6 @@ def exposure(trials: pl.DataFrame) -> str:
     seconds, way = (float(trials[name].to_numpy().sum()) for name in ("time", "distance"))
     unit, name = (3600, "h") if seconds >= 3600 else (60, "min") if seconds >= 60 else (1, "s")
     return f"{seconds / unit:.1f} {name}, {way / 1000:.3g} km"
-
-
-def shown_certificates(contents: Contents) -> list[Certificate]:
-    """Of the sets that are planned against, and of the calibrated ones if those are others."""
-    driven = contents.certified.driven[0]
-    return [*([] if driven.scale == 1 else [driven]), *contents.certified.certificates]
 
 
 def tiles(contents: Contents) -> list[Tile]:
