@@ -26,7 +26,7 @@
     const ended = drive.kind === "finished" ? (drive.near ? "finished, near miss" : "finished") : `${drive.kind} collision (at fault: ${drive.fault}; ${drive.cause})`;
     element("read-speed").textContent = `${drive.speed[step * drive.slots + drive.own].toFixed(1)} m/s`;
     element("read-acceleration").textContent = `${now.acceleration.toFixed(1).replace("-0.0", "0.0").replace("-", "−")} m/s²`;
-    const least = (value, unit) => value < 99.5 ? `${value.toFixed(1)} ${unit}` : "–";
+    const least = (value, unit) => value < NONE ? `${value.toFixed(1)} ${unit}` : "–";
     element("read-gap").textContent = least(drive.gap[step], "m");
     element("read-ttc").textContent = least(drive.ttc[step], "s");
     element("read-severity").textContent = now.severity > 0 ? `${now.severity.toFixed(1)} m/s` : "–";
