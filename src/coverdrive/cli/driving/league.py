@@ -1,5 +1,6 @@
 """``coverdrive league``: who drives best where, on equal seeds."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -174,8 +175,6 @@ def _unseen(
     folder: Path,
 ) -> "dict[str, Problems]":
     """The same with what entrants are made of that have not seen the problems, where they are made of anything."""
-    from dataclasses import replace
-
     from coverdrive.league.known import unseen_of
 
     boxed, experiment = "constant-velocity-box" in planners, results.experiment

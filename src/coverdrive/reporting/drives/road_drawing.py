@@ -1,11 +1,7 @@
 """One moment of a drive as seen from above, in the coordinates of the ego: what snapshots and animation share.
 
-Vehicles are turned boxes with their speed in them. The predicted sets are the union of all boxes of all paths, their
-hue telling the time, with a thin line for every path, and an outline where a path is an active constraint of the plan,
-in the dark hue of that time.
-The plan is a line, dotted at its steps; its fail-safe branch is dashed, with the body's outline at every full second,
-dark in the hue that the sets of that time have; where it is not clear, ego and box are dashed at the first contact.
-A vehicle that has left its predicted set has a black frame.
+Predicted sets have the hue of their time; what is active, and the ego on its fail-safe branch at every full second, the
+dark hue of the same time. `coverdrive.reporting.drives.snapshots.add_legend` explains all of it.
 """
 
 from typing import Any

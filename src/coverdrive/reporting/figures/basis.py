@@ -1,12 +1,7 @@
-"""Figures of trajectory bases: one as in the paper (Fig. 1), and the sizes of several.
+"""Figures of trajectory bases: one as in the paper (Fig. 1), and the sizes of several, against ε.
 
-All base trajectories as deviations from constant velocity, the darker and thicker the more common, with their numbers;
-one of them with its tube at every sample, and a recorded segment that stays within all of it. The tube is the ellipses
-of radius ε, or where it is cut, boxes; the ellipses, within which a segment has to stay besides, are then dashed.
-M base trajectories of T points.
-
-The size of bases is drawn against ε, with its lower bounds, and beside it how much the most common trajectories stand
-for.
+M base trajectories of T points. The tube of a base is the ellipses of radius ε, or where it is cut, boxes; the
+ellipses, within which a segment has to stay besides, are then dashed.
 """
 
 from collections.abc import Sequence

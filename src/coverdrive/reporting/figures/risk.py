@@ -61,8 +61,7 @@ def _limit(compared: Sequence[Compared]) -> float:
 def _marks(each: Compared, marker: str, limit: float, look: dict[str, Any]) -> list[Mark]:
     """A bound as a large mark, the observed rate as a small one with interval; arrows at the edge."""
     certificate, evaluation, missed = each.certificate, each.evaluation, each.missed
-    if certificate is None or evaluation is None or missed is None:
-        return []
+    assert certificate and evaluation and missed
     bound, observed, size = 100 * certificate.epsilon, 100 * missed.value, [evaluation.size]
     hollow, hover = certificate.confidence is None, f"{each.method.value}\n{{}}\nset size {evaluation.sized}"
 
