@@ -107,7 +107,7 @@ class RoadDrawing:
         boxes, times = np.zeros((0, 4, 2)), np.zeros(0)
         if problem is not None:
             active = active_constraints(trace, planned, problem)
-            boxes, times = np.swapaxes(path_boxes(paths), 0, 1)[active], active.nonzero()[1] / (active.shape[1] - 1)
+            boxes, times = _path_boxes(paths)[active], active.nonzero()[1] / (active.shape[1] - 1)
         self.active.set_edgecolor(style.TIMES(times).tolist())
         self.active.set_alpha(float(np.clip(_CLEAR / max(len(boxes), 1), 0.15, 1)))
         self.active.set_verts(list(boxes - origin))
@@ -160,18 +160,10 @@ def _first_contact(trace: Trace, step: int, reason: Reason) -> Float[np.ndarray,
 
 def set_boxes(paths: PredictedPaths) -> Float[np.ndarray, "_ S 4 2"]:
     """Corners [m] of the boxes of all paths, with one more halfway between two, so that fast vehicles leave no gaps."""
-    return path_boxes(
-        PredictedPaths(_with_midpoints(paths.points), paths.vehicle, _with_midpoints(paths.half_sizes), paths.dt / 2)
-    )
+    boxes = _path_boxes(paths)
+    return np.swapaxes(np.insert(boxes, range(1, boxes.shape[1]), (boxes[:, :-1] + boxes[:, 1:]) / 2, axis=1), 0, 1)
 
 
-def path_boxes(paths: PredictedPaths) -> Float[np.ndarray, "P S 4 2"]:
+def _path_boxes(paths: PredictedPaths) -> Float[np.ndarray, "S P 4 2"]:
     """Corners [m] of the boxes of all paths at each of their points, all turning the same way."""
-    return np.swapaxes(paths.points[:, :, None] + CORNERS * paths.half_sizes[:, :, None], 0, 1)
-
-
-def _with_midpoints(values: Float[np.ndarray, "S P 2"]) -> Float[np.ndarray, "S _ 2"]:
-    """The values at twice the rate, by linear interpolation."""
-    result = np.repeat(values, 2, axis=1)[:, :-1]
-    result[:, 1::2] = (values[:, :-1] + values[:, 1:]) / 2
-    return result
+    return paths.points[:, :, None] + CORNERS * paths.half_sizes[:, :, None]
