@@ -141,10 +141,12 @@ def _one(study: Study | None, trial: int | None) -> list[int]:
 
 def _replayed(study: Study | None, named: Sequence[int], most: int) -> list[int]:
     """The named trials, then the notable ones of the study."""
-    if study is None or not study.files.finished:
-        if study and named and not study.files.exists:
+    if study is None:
+        return []
+    if not study.files.finished:
+        if named and not study.files.exists:
             study.files.table()  # says that there is no study
-        return list(named) if study else []
+        return list(named)
     trials = study.trials
     unknown = sorted(set(named) - set(trials["trial"]))
     if unknown:

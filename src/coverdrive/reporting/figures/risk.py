@@ -42,10 +42,8 @@ def risk_figure(compared: Sequence[Compared]) -> Figure:
         for each in mine:
             marks += _marks(each, style.MARKERS[number % len(style.MARKERS)], limit, look)
     noun = {"share": "window", "group": "vehicle"}.get(unit, unit)
-    x, y = (
-        Axis(f"missed {noun}s [%]", 0, limit),
-        Axis(f"mean set size [{'base trajectories' if shown[0].evaluation.mean_area is None else 'm²'}]"),
-    )
+    x = Axis(f"missed {noun}s [%]", 0, limit)
+    y = Axis(f"mean set size [{'base trajectories' if shown[0].evaluation.mean_area is None else 'm²'}]")
     return Figure([[Panel(marks, x, y)]], height=4.2, caption=_CAPTION.format(unit=noun), legend_columns=3)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import polars as pl
 
 from coverdrive.certificates.evaluation import Rate
+from coverdrive.dialling.dial import Dialled
 from coverdrive.percentages import at_most, interval, percent
 from coverdrive.reporting.claim import set_facts, strength, whose
 from coverdrive.reporting.contents import Contents
@@ -54,8 +55,9 @@ def _generated(contents: Contents) -> bool:
 
 def verdict(contents: Contents) -> str:
     """What is proved, in one sentence: of such drives by the dial, else by those of the study, else of the sets."""
-    if contents.dialled is not None and not contents.unlike:
-        return f"{contents.dialled.proofs[0].sentence}; {contents.dialled.mean_speed:.1f} m/s{_of_the_best(contents)}."
+    dialled = contents.dialled
+    if dialled is not None and not contents.unlike:
+        return f"{dialled.proofs[0].sentence}; {dialled.mean_speed:.1f} m/s{_of_the_best(dialled)}."
     if contents.driven is not None:
         return f"{contents.proved}; {_mean(contents.driven, 'mean_speed'):.1f} m/s on average."
     certificate, observed = contents.certified.driven[0], _observed(contents)
@@ -69,13 +71,12 @@ def verdict(contents: Contents) -> str:
     return f"None of {contents.trials.height} drives could start; {missed}"
 
 
-def _of_the_best(contents: Contents) -> str:
+def _of_the_best(dialled: Dialled) -> str:
     """The speed of the dial as a share of that with the future known, if that was driven beside."""
-    assert contents.dialled is not None
-    known = contents.dialled.frontier.filter(pl.col("who") == _BEST)
+    known = dialled.frontier.filter(pl.col("who") == _BEST)
     if known.is_empty():
         return ""
-    share = contents.dialled.mean_speed / float(known["mean_speed"].to_numpy().max())
+    share = dialled.mean_speed / float(known["mean_speed"].to_numpy().max())
     return f", {percent(share, 2)} of knowing the future"
 
 
@@ -106,7 +107,7 @@ def tiles(contents: Contents) -> list[Tile]:
     near, usual = trials.filter(NEARLY).height, median_headway(trials)
     gap, time = (_least(trials, name) for name in ("minimum_gap", "minimum_time_to_collision"))
     plans = round(float(trials["time"].to_numpy().sum()) / contents.period)
-    missed = _missed_in_drives(certificate.unit, trials, contents.replayed)
+    missed, counted = _missed_in_drives(contents, trials)
     here = DEPENDENT if contents.replayed else f"95 %: {interval(missed.low, missed.high)}"
     braking = f"hardest braking {float(trials['hardest_braking'].to_numpy().max()):.1f} m/s²"
     behind = None if contents.replayed else braking_behind(trials)  # who is replayed does not brake for the ego
@@ -126,7 +127,7 @@ def tiles(contents: Contents) -> list[Tile]:
              f"of {plans:,} plans clear of all predicted paths",
              f"{percent(plan_share(trials, 'unsafe'))} unsafe; clear plans lost: {int(trials['lost_clear'].sum())}"),
         Tile(percent(missed.value) if missed.total else "–",
-             f"of {_counted(contents)} left their sets here: less is better ({here})",
+             f"of {counted} left their sets here: less is better ({here})",
              f"{scale}; certified in traffic like {taught}: {bound} {strength(certificate)}; there {seen}"),
     ]  # fmt: skip
 
@@ -152,17 +153,12 @@ def _least(trials: pl.DataFrame, column: str) -> str:
     return f"{value:.2f}" if np.isfinite(value) else "–"
 
 
-def _missed_in_drives(unit: str, trials: pl.DataFrame, replayed: bool) -> Rate:
-    """How many were missed in the drives, of what a certificate counts."""
+def _missed_in_drives(contents: Contents, trials: pl.DataFrame) -> tuple[Rate, str]:
+    """How many were missed in the drives, of what a certificate counts, and of what that is a share."""
     columns = {"window": ("prediction_misses", "windows"), "share": ("shares_missed", "vehicles_seen")}
-    return miss_rate(trials, *columns.get(unit, ("vehicles_missed", "vehicles_seen")), replayed)
-
-
-def _counted(contents: Contents) -> str:
-    """Of what `_missed_in_drives` is a share."""
-    if contents.certified.driven[0].unit in ("window", "share"):
-        return f"what others do in {contents.predictor.horizon:g} s"
-    return "the others"
+    unit = contents.certified.driven[0].unit
+    missed = miss_rate(trials, *columns.get(unit, ("vehicles_missed", "vehicles_seen")), contents.replayed)
+    return missed, f"what others do in {contents.predictor.horizon:g} s" if unit in columns else "the others"
 
 
 def _mean(trials: pl.DataFrame, column: str) -> float:

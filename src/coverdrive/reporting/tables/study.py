@@ -45,10 +45,8 @@ def collisions_table(trials: pl.DataFrame, replayed: bool = False) -> Table:
         for row in telling_rows(collision_table(trials, replayed)).iter_rows(named=True)
     ]  # fmt: skip
     rows.append(("paper", str(PAPER_TRIALS), *(_rate(count, PAPER_TRIALS, replayed) for count in PAPER.values())))
-    title, columns = (
-        f"Collisions ({DEPENDENT if replayed else '95 % Clopper–Pearson intervals'})",
-        ("vehicles", "trials", "frontal or side", "rear-end"),
-    )
+    title = f"Collisions ({DEPENDENT if replayed else '95 % Clopper–Pearson intervals'})"
+    columns = ("vehicles", "trials", "frontal or side", "rear-end")
     table = columns_table(title, columns, rows, box=HEAVY_HEAD, padding=(0, 1), show_edge=True)
     table.rows[-1].style = "dim"
     return table
