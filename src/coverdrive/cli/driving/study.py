@@ -95,7 +95,7 @@ def study(
     results = Results(folder)
     experiment = driven.experiment(results, trials=trials, workers=workers, until_width=until_width)
     if settings:
-        return _sweep(results, experiment, settings, driven.recording or [], driven.road, cluster)
+        return _sweep(results, driven, experiment, settings, cluster)
     size, usual = experiment.study, results.experiment.study.until_width
     if until_width is None and experiment.traffic.kind in REPLAYS and size.until_width == usual:
         size = size.model_copy(update={"until_width": None})  # of the folder's own traffic, which may have intervals
@@ -139,12 +139,7 @@ def study_and_print(
 
 
 def _sweep(
-    results: "Results",
-    experiment: "Experiment",
-    settings: list[str],
-    recording: list[Path],
-    road: str | None,
-    cluster: str | None,
+    results: "Results", driven: Driven, experiment: "Experiment", settings: list[str], cluster: str | None
 ) -> dict[str, Any]:
     """Drive a study for every combination of settings, each in its own folder, and put them into one table."""
     with waiting():
@@ -156,8 +151,9 @@ def _sweep(
     for name, variant in variants.items():
         if (other := first.setdefault(variant.model_dump_json(), name)) != name:
             raise SettingError(f"{other} and {name} are the same settings; leave one of them out")
-    results.check_replay({each.traffic.kind for each in variants.values()}, recording, road)
-    within = results.study_name(experiment.traffic.kind, road, SWEEP)
+    recording = driven.recording or []
+    results.check_replay({each.traffic.kind for each in variants.values()}, recording, driven.road)
+    within = results.study_name(experiment.traffic.kind, driven.road, SWEEP)
     studies = {name: results.study(each, recording, f"{within}/{name}") for name, each in variants.items()}
     for name, study in studies.items():
         _run(study, variants[name].study, cluster, name)
