@@ -97,7 +97,7 @@ def folds_table(folds: Sequence[Fold]) -> Table:
         rates.append((bound, own.value, windows, found.size))
         rows.append((*places, at_most(bound), own.brief, percent(windows), found.sized))
     if rates:
-        *shares, size = ((np.mean(each), min(each), max(each)) for each in zip(*rates, strict=True))
+        *shares, size = ((float(np.mean(each)), min(each), max(each)) for each in zip(*rates, strict=True))
         said = ("{} ({}–{})".format(*map(percent, each)) for each in shares)
         rows.append(("mean (range)", "", *said, "{:.1f} ({:.1f}–{:.1f})".format(*size)))
     columns = ("calibration", "test", "bound ε", "missed (95 %)", "windows", "set size")
