@@ -11,6 +11,7 @@ from rich.table import Table
 
 from coverdrive.certificates.evaluation import Rate
 from coverdrive.paper.tables import BASES, TABLE_1, Bounds, PaperTables, Residuals
+from coverdrive.percentages import interval, percent
 from coverdrive.reporting.plotting import style
 from coverdrive.reporting.plotting.figure import Axis, Figure, Line, Mark, Panel, Points
 from coverdrive.reporting.tables.fitting import columns_table
@@ -165,5 +166,5 @@ def _rates(places: Sequence[float], rates: Sequence[Rate], colour: str, marker: 
         x=[place for place, _ in shown], y=[100 * rate.value for _, rate in shown], colour=colour, marker=marker,
         low=[100 * rate.low for _, rate in shown], high=[100 * rate.high for _, rate in shown], hollow=True,
         name=name if shown else f"{name}: none",
-        hover=[f"{name}: {100 * rate.value:.3g} % ({100 * rate.low:.2g}–{100 * rate.high:.2g} %)" for _, rate in shown],
+        hover=[f"{name}: {percent(rate.value)} ({interval(rate.low, rate.high)})" for _, rate in shown],
     )  # fmt: skip
