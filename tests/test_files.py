@@ -1,12 +1,15 @@
 """Names of files."""
 
 import math
+import os
+from pathlib import Path
 
+import polars as pl
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from coverdrive.files import number_in_name
+from coverdrive.files import number_in_name, write_stream, write_text
 
 
 @pytest.mark.parametrize(("value", "name"), [(0.5, "0.5"), (1.0, "1"), (2, "2"), (0.1, "0.1"), (0.75, "0.75")])
@@ -21,3 +24,13 @@ def test_two_numbers_have_two_names(first: float, second: float) -> None:
 
 def test_neighbours_have_two_names() -> None:
     assert number_in_name(0.5) != number_in_name(math.nextafter(0.5, 1))
+
+
+def test_names_may_be_any_bytes(tmp_path: Path) -> None:
+    folder = tmp_path / os.fsdecode(b"b\xfctes")
+    write_stream(folder / "table.csv", pl.DataFrame({"number": [1]}).write_csv)
+    write_text(folder / "page.html", folder.name)
+    assert {each.name: each.read_bytes() for each in folder.iterdir()} == {
+        "table.csv": b"number\n1\n",
+        "page.html": b"b?tes",
+    }

@@ -4,7 +4,7 @@ import json
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
@@ -25,9 +25,19 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
         temporary.unlink(missing_ok=True)
 
 
+def write_stream(path: Path, write: Callable[[IO[bytes]], object]) -> None:
+    """Write a file atomically by what takes an open one; names may be any bytes, of which polars knows only UTF-8."""
+
+    def to(temporary: Path) -> None:
+        with temporary.open("wb") as file:
+            write(file)
+
+    write_atomically(path, to)
+
+
 def write_text(path: Path, text: str) -> None:
-    """Write text as UTF-8 atomically."""
-    write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
+    """Write text as UTF-8 atomically; of names in it, bytes that are no UTF-8 become question marks."""
+    write_atomically(path, lambda file: file.write_text(text, encoding="utf-8", errors="replace"))
 
 
 def write_json(path: Path, content: Any) -> None:
@@ -37,12 +47,7 @@ def write_json(path: Path, content: Any) -> None:
 
 def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
     """Write arrays by name as a compressed ``.npz``, atomically."""
-
-    def write(temporary: Path) -> None:
-        with temporary.open("wb") as file:
-            np.savez_compressed(file, allow_pickle=False, **arrays)
-
-    write_atomically(path, write)
+    write_stream(path, lambda file: np.savez_compressed(file, allow_pickle=False, **arrays))
 
 
 def number_in_name(value: float) -> str:

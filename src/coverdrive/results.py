@@ -27,7 +27,7 @@ from coverdrive.dialling.dial import Dialled, Request, dialled
 from coverdrive.dialling.frontier import setups_beside
 from coverdrive.dialling.groups import ChosenOnGroups, across_groups, chosen_share
 from coverdrive.errors import CoverdriveError, DataError, SettingError
-from coverdrive.files import write_atomically, write_json
+from coverdrive.files import write_json, write_stream
 from coverdrive.league.entrants import Known
 from coverdrive.league.known import known_of, paper_settings_like
 from coverdrive.league.table import SCHEMA
@@ -241,7 +241,7 @@ class Results:
         """Write a comparison of methods as JSON, and as a table of one row for each method and target."""
         write_json(self.folder / METHODS, _METHODS.dump_python({"methods": list(compared)}, mode="json"))
         table = pl.DataFrame([_row(each) for each in compared], infer_schema_length=None)
-        write_atomically(self.folder / METHODS_TABLE, table.write_csv)
+        write_stream(self.folder / METHODS_TABLE, table.write_csv)
         self._seal(METHODS)
 
     @property

@@ -32,7 +32,7 @@ def paper(
     with waiting():
         from polars import DataFrame
 
-        from coverdrive.files import write_atomically
+        from coverdrive.files import write_stream
         from coverdrive.paper import shown as paper_tables
         from coverdrive.paper.shown import paper_figure
         from coverdrive.paper.tables import make_tables, paper_settings, table_1_bounds
@@ -60,7 +60,7 @@ def paper(
         figures[name] = paper_figure(tables)
     experiment.save(folder / "config.toml")
     for name, frame in frames.items():
-        write_atomically(folder / f"{name}.csv", frame.write_csv)
+        write_stream(folder / f"{name}.csv", frame.write_csv)
     with waiting("drawing"):
         for name, figure in figures.items():
             save(figure, folder / f"tables_{name}")

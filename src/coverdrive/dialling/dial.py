@@ -27,7 +27,7 @@ from coverdrive.certificates.learn_then_test import Asked, Dial, Tried
 from coverdrive.dialling.frontier import OURS, frontier
 from coverdrive.dialling.splitting import IN_VAIN
 from coverdrive.errors import CertificateError, DataError, SettingError
-from coverdrive.files import write_atomically, write_json
+from coverdrive.files import write_json, write_stream
 from coverdrive.locks import alone
 from coverdrive.prediction.stored import checked_scale
 from coverdrive.progress import stage
@@ -338,7 +338,7 @@ def dialled(
         frontier=frontier(tables, predictor, dial.procedure == "anytime"),
     )
     write_json(folder / "dial.json", result.record)
-    write_atomically(folder / "frontier.csv", result.frontier.write_csv)
+    write_stream(folder / "frontier.csv", result.frontier.write_csv)
     return result
 
 

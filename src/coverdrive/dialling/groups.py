@@ -14,7 +14,7 @@ import numpy as np
 import polars as pl
 
 from coverdrive.errors import DataError
-from coverdrive.files import write_atomically
+from coverdrive.files import write_stream
 from coverdrive.league.beliefs import KnownFuture
 from coverdrive.linked import linked
 from coverdrive.percentages import percent
@@ -138,7 +138,7 @@ def across_groups(
             "traffic.gap"
         )
     found = pl.DataFrame(lines, infer_schema_length=None)
-    write_atomically(folder / "groups.csv", found.write_csv)
+    write_stream(folder / "groups.csv", found.write_csv)
     return found
 
 

@@ -23,7 +23,7 @@ from coverdrive.driving.single_track import ModelName
 from coverdrive.driving.solved import SCHEMA, Solved, because, solve, unsolved
 from coverdrive.driving.solving import Drive, solution_of
 from coverdrive.errors import CoverdriveError
-from coverdrive.files import write_atomically, write_text
+from coverdrive.files import write_stream, write_text
 from coverdrive.locks import alone
 from coverdrive.planning.planner import PlannerSettings
 from coverdrive.progress import done, stage
@@ -145,7 +145,7 @@ def solve_all(
                 for row in found[file]:
                     row["solution"] = written if row["time"] is not None else None
                 table = pl.DataFrame([row for file in sorted(found) for row in found[file]], schema=SCHEMA)
-                write_atomically(folder / TABLE, table.write_csv)
+                write_stream(folder / TABLE, table.write_csv)
                 done(number, len(scenarios))
                 yield found[file]
 

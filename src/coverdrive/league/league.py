@@ -19,7 +19,7 @@ import polars as pl
 from coverdrive.bridges.world import World, drive
 from coverdrive.driving.driver import Driver
 from coverdrive.errors import SettingError, during
-from coverdrive.files import write_atomically
+from coverdrive.files import write_stream
 from coverdrive.league.entrants import Known, Place, Seat, claim_of, entrant, seated
 from coverdrive.league.others import OTHERS
 from coverdrive.league.problems import COLUMNS, DrivesOfProblems, Problems, is_problems
@@ -105,14 +105,14 @@ def league(
                     found = drive_missing(files.table_of([]), count, files, found, workers, cluster)
                 files.save_table(found)
             driven[world, name] = found
-            write_atomically(folder / "league.csv", league_table(driven, replayed, sets).write_csv)
+            write_stream(folder / "league.csv", league_table(driven, replayed, sets).write_csv)
     each = [
         rows.select(pl.lit(world).alias("world"), pl.lit(name).alias("planner"), pl.all())
         for (world, name), rows in driven.items()
         if isinstance(rows, pl.DataFrame)
     ]
     if each:
-        write_atomically(folder / "drives.csv", pl.concat(each, how="diagonal").write_csv)
+        write_stream(folder / "drives.csv", pl.concat(each, how="diagonal").write_csv)
     return league_table(driven, replayed, sets)
 
 

@@ -18,7 +18,7 @@ from coverdrive.cli.shared.options import (
     listed,
     usually,
 )
-from coverdrive.files import number_in_name, write_atomically, write_json
+from coverdrive.files import number_in_name, write_json, write_stream
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -88,4 +88,4 @@ def save_bases(experiment: "Experiment", studied: "Sequence[StudiedBasis]", fold
     for each in studied:
         name = f"basis_{number_in_name(each.basis.radius)}"
         each.basis.save(folder / f"{name}.safetensors", each.source)
-        write_atomically(folder / f"{name}.csv", point_table(each).write_csv)
+        write_stream(folder / f"{name}.csv", point_table(each).write_csv)

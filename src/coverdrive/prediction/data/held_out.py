@@ -18,7 +18,7 @@ from jaxtyping import Int
 
 from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import DataError
-from coverdrive.files import write_atomically
+from coverdrive.files import write_stream
 from coverdrive.prediction.data.segments import Segments
 from coverdrive.prediction.data.split import Split
 from coverdrive.recordings.read import numbers_of, together
@@ -81,7 +81,7 @@ class Seen:
 
     def save(self, path: Path) -> None:
         """Write the tracks to a file; `load` gives them back."""
-        write_atomically(path, self.tracks.write_parquet)
+        write_stream(path, self.tracks.write_parquet)
 
     @staticmethod
     def load(path: Path, sources: tuple[Source, ...]) -> "Seen":

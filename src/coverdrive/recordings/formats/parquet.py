@@ -9,7 +9,7 @@ import polars as pl
 from pydantic import BaseModel, BeforeValidator, TypeAdapter, ValidationError, model_validator
 
 from coverdrive.errors import DataError, RecordingError
-from coverdrive.files import write_atomically
+from coverdrive.files import write_stream
 from coverdrive.recordings.files.columns import whole_parquet
 from coverdrive.recordings.recording import SCHEMA, Recording, each_alone
 from coverdrive.reference_line import ReferenceLine
@@ -93,7 +93,7 @@ def write_parquet(recordings: Sequence[Recording], path: Path) -> None:
         for number, recording in enumerate(recordings)
     )
     metadata = {KEY: _HEADS.dump_json(heads).decode()}
-    write_atomically(path, lambda file: rows.write_parquet(file, metadata=metadata))
+    write_stream(path, lambda file: rows.write_parquet(file, metadata=metadata))
 
 
 def is_own(stream: BinaryIO) -> bool:

@@ -18,7 +18,7 @@ import polars as pl
 from coverdrive._version import __version__
 from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import DataError
-from coverdrive.files import write_atomically, write_json
+from coverdrive.files import write_json, write_stream
 from coverdrive.simulation.drives.storage import load_trace, save_trace
 from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.measures.trial import SCHEMA, Row
@@ -122,7 +122,7 @@ class StudyFolder:
     def _write(self, file: Path, table: pl.DataFrame) -> None:
         """Write a table that says which study it is of."""
         metadata = {_STUDY: self.digest}
-        write_atomically(file, lambda temporary: table.write_parquet(temporary, metadata=metadata))
+        write_stream(file, lambda temporary: table.write_parquet(temporary, metadata=metadata))
 
     def table_of(self, rows: Sequence[Row]) -> pl.DataFrame:
         """Rows as a table."""
@@ -194,7 +194,7 @@ def _table_in(file: Path) -> pl.DataFrame | None:
 def _study_of(file: Path) -> str | None:
     """The hash of the study that a table belongs to, if it says so."""
     try:
-        return pl.read_parquet_metadata(file).get(_STUDY)
+        return pl.read_parquet_metadata(file.read_bytes()).get(_STUDY)
     except (OSError, pl.exceptions.PolarsError, pl.exceptions.PanicException):
         return None
 
