@@ -6,6 +6,7 @@ import shutil
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -60,6 +61,15 @@ def test_methods_are_compared_on_the_scores_that_were_kept(results: Results) -> 
     (results.folder / "methods.json").unlink()
     with pytest.raises(DataError, match=r"methods\.json cannot be read .*; make it with `coverdrive calibrations`"):
         _ = Results(results.folder).methods
+
+
+def test_a_comparison_that_cannot_be_kept_leaves_the_one_before(results: Results, monkeypatch) -> None:
+    compared = certify(results, targets=(0.2,))
+    results.save_methods(compared)
+    with monkeypatch.context() as patch, pytest.raises(OSError, match="full"):
+        patch.setattr("coverdrive.sealed.write_json", Mock(side_effect=OSError("the disk is full")))
+        results.save_methods(certify(results, targets=(0.1,)))
+    assert Results(results.folder).methods == compared
 
 
 @pytest.mark.parametrize("name", FILES)

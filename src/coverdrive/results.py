@@ -239,10 +239,11 @@ class Results:
 
     def save_methods(self, compared: Sequence[Compared]) -> None:
         """Write a comparison of methods as JSON, and as a table of one row for each method and target."""
-        write_json(self.folder / METHODS, _METHODS.dump_python({"methods": list(compared)}, mode="json"))
         table = pl.DataFrame([_row(each) for each in compared], infer_schema_length=None)
         write_stream(self.folder / METHODS_TABLE, table.write_csv)
-        self._seal(METHODS)
+        record = _METHODS.dump_python({"methods": list(compared)}, mode="json")
+        self._sealed.replace({METHODS: lambda file: write_json(file, record)})
+        self._forget()
 
     @property
     def methods(self) -> list[Compared]:
