@@ -61,10 +61,20 @@ def test_long_recordings_are_thinned_out(recording: Recording, monkeypatch: pyte
 def test_histograms_say_their_range(recording: Recording):
     speeds, gap, change = histogram_figure([recording, recording]).axes
     median = float(np.median(recording.table["speed"].to_numpy()))
-    assert speeds.get_title("left").startswith(f"median {median:.3g}, 98 % from")
+    assert speeds.get_title("left").startswith(f"median {median:.2f}, 98 % from")
     assert sum(bar.get_height() for bar in speeds.patches) == pytest.approx(2 * len(recording.table), rel=0.01)
     assert gap.get_xlabel() == "gap to the vehicle ahead [m]"
     assert change.get_xlim()[0] < 0 < change.get_xlim()[1]
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.0123, -0.987], ids=["as recorded", "gentle", "reversed"])
+def test_no_title_of_a_histogram_is_cut_off(recording: Recording, factor: float, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(recording_figures, "accelerations", lambda _: factor * np.linspace(-0.734, 0.624, 1001))
+    figure = histogram_figure([recording])
+    figure.canvas.draw()
+    for axes in figure.axes:
+        assert axes._left_title.get_window_extent().x1 <= figure.bbox.width
+        assert "-" not in axes.get_title("left")
 
 
 def test_lone_vehicles_have_no_gaps(recording: Recording):

@@ -74,7 +74,8 @@ def histogram_figure(recordings: Sequence[Recording]) -> Figure:
             margin = 0.1 * max(high - low, 0.1)
             axes.hist(values, bins=60, range=(low - margin, high + margin), color=style.BLUE, alpha=0.8)
             axes.axvline(median, color=style.BLACK, linewidth=0.8)
-            axes.set_title(f"median {median:.3g}, 98 % from {low:.3g} to {high:.3g}", loc="left")
+            least, middle, most = (f"{value:.2f}".replace("-", "−") for value in (low, median, high))
+            axes.set_title(f"median {middle}, 98 % from {least} to {most}", loc="left")
     return figure
 
 
