@@ -25,6 +25,7 @@ def test_limits_hold_everything_with_a_margin_unless_they_are_given() -> None:
 
 def test_ticks_are_round() -> None:
     assert [text for _, text in Axis("", 0, 10).scaled(np.empty(0)).ticks] == ["0", "2", "4", "6", "8", "10"]
+    assert [text for _, text in Axis("", -1, 1).scaled(np.empty(0)).ticks] == ["−1", "−0.5", "0", "0.5", "1"]
     assert [tick for tick, _ in Axis("", -0.3, 0.3).scaled(np.empty(0)).ticks] == [-0.3, -0.2, -0.1, 0, 0.1, 0.2, 0.3]
     assert [text for _, text in Axis("", 0.8, 60, log=True).scaled(np.empty(0)).ticks] == [
         "1",

@@ -156,7 +156,9 @@ class Axis:
         wide = np.exp(wide) if self.log else wide
         low = float(wide[0]) if self.low is None else self.low
         high = float(wide[1]) if self.high is None else self.high
-        ticks = self.ticks or {tick: f"{tick:g}" for tick in (_log_ticks if self.log else _ticks)(low, high)}
+        ticks = self.ticks or {
+            tick: f"{tick:g}".replace("-", "−") for tick in (_log_ticks if self.log else _ticks)(low, high)
+        }
         return Scale(self.label, low, high, self.log, tuple(ticks.items()))
 
 
