@@ -1,5 +1,7 @@
 """What one moment of a drive is drawn from."""
 
+from dataclasses import replace
+
 import jax
 import numpy as np
 import pytest
@@ -58,6 +60,14 @@ def test_speeds_stand_in_the_vehicles_and_empty_slots_have_none(drawing, trace):
     drawing.show_moment(trace, 1)
     assert [text.get_text() for text in drawing.speeds] == ["24", "20", "20", ""]
     assert drawing.speeds[1].get_position() == pytest.approx((40 - 0.4, 1.8))
+
+
+@pytest.mark.parametrize(("ahead", "speed"), [(-33, "20"), (-34.9, ""), (103, "20"), (104.9, "")])
+def test_a_number_that_would_be_cut_off_is_left_out(drawing, trace, ahead, speed):
+    lon = trace.scene.lon.copy()
+    lon[0, 1] = lon[0, 0] + ahead
+    drawing.show_moment(replace(trace, scene=replace(trace.scene, lon=lon)), 0)
+    assert drawing.speeds[1].get_text() == speed
 
 
 def test_the_plan_starts_at_the_ego(drawing, trace):

@@ -37,6 +37,9 @@ VERGE = 0.8
 _CLEAR = 10
 """outlines of active boxes that are drawn in full colour; more of them are paler"""
 
+_NUMBER = 1.5
+"""[m] on either side of its centre that the number in a vehicle may take; where that is cut off, it has none"""
+
 _FRAME = 0.45
 """[m] width of the frame of a vehicle that has left its predicted set"""
 
@@ -135,8 +138,10 @@ class RoadDrawing:
         self.vehicles.set_verts(list(corners[valid]))
         self.vehicles.set_facecolor(colours)
         for slot, text in enumerate(self.speeds):
-            text.set_position(tuple(corners[slot].mean(0)))
-            text.set_text(f"{scene.speed[slot]:.0f}" if valid[slot] else "")
+            lon, lat = corners[slot].mean(0)
+            text.set_position((lon, lat))
+            whole = _NUMBER - BEHIND <= lon <= AHEAD - _NUMBER
+            text.set_text(f"{scene.speed[slot]:.0f}" if valid[slot] and whole else "")
         ends = origin[0] - BEHIND, origin[0] + AHEAD
         self.dashes.set_segments(list(dashes(self._road, *ends) - origin))
         shown = markings(self._road, *ends)

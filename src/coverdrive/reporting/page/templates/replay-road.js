@@ -309,7 +309,8 @@ class RoadView {
     context.font = `600 ${Math.min(12, 0.75 * vehicle.size[1] * this.across)}px system-ui, sans-serif`;
     context.textAlign = "center";
     context.textBaseline = "middle";
-    context.fillText(vehicle.speed.toFixed(0), ...this.place(vehicle.lon, vehicle.lat));
+    const speed = vehicle.speed.toFixed(0), [x, y] = this.place(vehicle.lon, vehicle.lat), half = context.measureText(speed).width / 2;
+    if (x > half && x < this.canvas.clientWidth - half) context.fillText(speed, x, y);  // half a number is another one
   }
 
   ruler(behind, ahead, height, bends) {
