@@ -242,6 +242,20 @@ def test_it_plays_in_real_time_with_light_frames(crowd, rate: str, moment: float
     assert 1500 < max(frames) <= MOST_OPERATIONS
 
 
+def test_readings_and_courses_tell_of_the_same_moment_while_it_plays(crowd) -> None:
+    crowd.evaluate(
+        """() => {
+            const read = reading;
+            window.told = [];
+            reading = (drive, step) => { told.push(step); return read(drive, step); };
+        }"""
+    )
+    crowd.click("#play")
+    for _ in range(6):
+        crowd.clock.run_for(70)
+        assert crowd.evaluate("told.at(-1)") == int(crowd.input_value("#scrub"))
+
+
 def test_time_before_the_click_is_not_played(crowd) -> None:
     """The first frame may have begun before the click, if the page was busy."""
     crowd.evaluate("const now = performance.now(); performance.now = () => now + 2000")

@@ -15,7 +15,7 @@
     if (!drive || !player.clientWidth) return;
     road.show(drive, moment, { within, slot });
     course.show(moment);
-    const step = Math.floor(moment + 1e-9);
+    const step = Math.round(moment);
     scrub.value = Math.round(moment);
     element("clock").textContent = `${(moment * drive.dt).toFixed(1)} s of ${(drive.steps * drive.dt).toFixed(1)}`;
     if (step !== shown) readings(step);
