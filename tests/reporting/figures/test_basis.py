@@ -137,6 +137,7 @@ def studied(size: int, epsilon: float) -> StudiedBasis:
 def test_sizes_bounds_and_masses_are_drawn(tmp_path) -> None:
     all_of_them = [studied(40, 0.5), studied(12, 1.0)]
     figure = size_figure(all_of_them)
+    assert figure.panels[0].x.label.endswith("[m across the road]")
     size, mass = figure.panels
     assert [list(line.y) for line in marks_of(size, Line)] == [[40, 12], [20, 6], [10, 3]]
     assert list(marks_of(size, Line)[0].x) == [0.5, 1.0]

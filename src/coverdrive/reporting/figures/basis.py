@@ -184,7 +184,7 @@ def size_figure(studied: Sequence[StudiedBasis]) -> Figure:
     if not studied:
         raise DataError("a figure of the size of bases needs at least one basis, got none; name an ε")
     epsilons = {each.basis.radius: f"{each.basis.radius:g}" for each in studied}
-    size = Panel(_sizes(studied), Axis("radius ε of the cover", log=True, ticks=epsilons),
+    size = Panel(_sizes(studied), Axis("radius ε of the cover [m across the road]", log=True, ticks=epsilons),
                  Axis("base trajectories M", log=True))  # fmt: skip
     mass = Panel(_masses(studied), Axis("most common base trajectories", log=True),
                  Axis("segments nearest to them [%]", 0, 102))  # fmt: skip
