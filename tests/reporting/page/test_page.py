@@ -139,6 +139,8 @@ def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
     assert (headway.value, headway.note) == (f"{contents.trials['usual_headway'].median():.2f} s", "")
     behind = "; of those behind up to 0.0 in half of the drives, at least 0.0 in 1 of 20"
     assert jerk.note.startswith("hardest braking") and jerk.note.endswith(behind)
+    nobody = contents.trials.with_columns(minimum_time_to_collision=pl.lit(float("inf")))
+    assert "least time to collision –; " in tiles(replace(contents, trials=nobody))[0].note
     people = contents.run | {"recorded_near_misses": {"share": 0.237, "seconds": 5.9}}
     near = tiles(replace(contents, run=people))[0].note
     assert near.endswith("0.0576 km; 24 % of recorded vehicles came as near in 6 s each")

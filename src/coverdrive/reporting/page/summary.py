@@ -105,7 +105,7 @@ def tiles(contents: Contents) -> list[Tile]:
             ),
         ]
     near, usual = trials.filter(NEARLY).height, median_headway(trials)
-    gap, time = (_least(trials, name) for name in ("minimum_gap", "minimum_time_to_collision"))
+    gap, time = _least(trials, "minimum_gap", "m"), _least(trials, "minimum_time_to_collision", "s")
     plans = round(float(trials["time"].to_numpy().sum()) / contents.period)
     missed, counted = _missed_in_drives(contents, trials)
     here = DEPENDENT if contents.replayed else f"95 %: {interval(missed.low, missed.high)}"
@@ -118,7 +118,7 @@ def tiles(contents: Contents) -> list[Tile]:
     return [
         Tile(f"{near} of {trials.height}",
              f"drives of this study are near misses: nearer than {NEAR_GAP:g} m, or {NEAR_TIME:g} s from a collision",
-             f"least gap {gap} m, least time to collision {time} s; {exposure(trials)}{_recorded_near(contents)}",
+             f"least gap {gap}, least time to collision {time}; {exposure(trials)}{_recorded_near(contents)}",
              main=True),
         Tile(f"{usual:.2f} s" if np.isfinite(usual) else "–", "of headway, kept in 9 of 10 moments of the median drive",
              _recorded_headway(contents)),
@@ -148,9 +148,9 @@ def _recorded_headway(contents: Contents) -> str:
     return f"recorded drivers: {manners['headway']:.2f} s" if manners else ""
 
 
-def _least(trials: pl.DataFrame, column: str) -> str:
+def _least(trials: pl.DataFrame, column: str, unit: str) -> str:
     value = float(trials[column].to_numpy().min())
-    return f"{value:.2f}" if np.isfinite(value) else "–"
+    return f"{value:.2f} {unit}" if np.isfinite(value) else "–"
 
 
 def _missed_in_drives(contents: Contents, trials: pl.DataFrame) -> tuple[Rate, str]:
