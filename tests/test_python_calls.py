@@ -90,6 +90,8 @@ def test_a_study_of_an_own_planner_has_a_page(results: Results, tmp_path: Path) 
         (lambda given: cd.Predictor.load(5), "path: expected a path, got 5"),
         (lambda given: cd.Driver("predictor.safetensors"), "predictor: expected a predictor"),
         (lambda given: cd.Driver(given, 5), "planner: expected a planner"),
+        (lambda given: cd.Driver(given, Straight), r"planner: expected a planner .*, got the class Straight"),
+        (lambda given: cd.simulate(type(given)), "predictor: expected a predictor .*, got the class"),
         (lambda given: cd.Driver(given, wanted_speed="fast"), "wanted_speed: expected a number, got 'fast'"),
         (lambda given: cd.Driver(given, period="often"), "period: expected a number, got 'often'"),
         (lambda given: cd.compare(5, 6), "first: expected a study, or a path, got 5"),

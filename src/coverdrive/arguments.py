@@ -66,8 +66,8 @@ def paths_of(name: str, values: Any) -> tuple[Path, ...]:
 
 
 def of_kind(name: str, value: Any, kind: Any, expected: str) -> Any:
-    """The value, if it is of a kind, or of one of several, that are ``expected`` in words."""
-    if not isinstance(value, kind):
+    """The value, if it is an object of a kind, or of one of several, that are ``expected`` in words."""
+    if not isinstance(value, kind) or isinstance(value, type):
         raise SettingError(f"{name}: expected {expected}, got {shown(value)}")
     return value
 
@@ -80,6 +80,8 @@ def all_of(name: str, values: Any, kind: type, expected: str) -> tuple[Any, ...]
 def shown(value: Any) -> str:
     """What was given, in short."""
     try:
+        if isinstance(value, type):
+            return f"the class {value.__name__}"
         return reprlib.repr(value) if isinstance(value, _SHOWN) else f"an object of {type(value).__name__}"
     except ValueError:
         return "a number of too many digits"
