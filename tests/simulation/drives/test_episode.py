@@ -7,6 +7,7 @@ from simulation_fakes import ConstantPlanner, FakeBasis, FakePredictor, make_sce
 
 import coverdrive.simulation.drives.episode as episode
 from coverdrive.errors import DataError
+from coverdrive.plan import Plan, Status
 from coverdrive.planning.problem.vehicle import step as vehicle_step
 from coverdrive.simulation.drives.episode import EpisodeSettings, run_episode
 from coverdrive.simulation.drives.outcome import Fault, Kind, contacts
@@ -203,6 +204,21 @@ def test_a_planner_that_asks_for_what_no_car_can_do_is_named(inputs):
     planner.inputs = np.tile(inputs, (12, 1))
     planner.plan = lambda *_: replace(ConstantPlanner().plan(np.zeros(4), None, None), inputs=planner.inputs)
     with pytest.raises(DataError, match=r"planner ConstantPlanner asks for .* at most 30 m/s² and .* 5 rad/s"):
+        run(1, planner)
+
+
+@pytest.mark.parametrize(
+    ("inputs", "slack", "complaint"),
+    [
+        (np.zeros((0, 2)), np.zeros(0), r"asks for \[\]; expected rows of an acceleration"),
+        (np.zeros((12, 2)), None, "slack of the plan: expected an array, got None"),
+        (np.zeros((12, 2)), np.zeros(3), r"expected slack of the plan of the shape \(12,\), got \(3,\)"),
+    ],
+)
+def test_plans_that_nobody_can_measure_are_named_at_once(inputs, slack, complaint):
+    planner = ConstantPlanner()
+    planner.plan = lambda *_: Plan(np.zeros((len(inputs) + 1, 4)), inputs, slack, Status.SOLVED, 0.0, 0.0, planner.dt)
+    with unchecked(), pytest.raises((DataError, TypeError, ValueError), match=complaint):
         run(1, planner)
 
 

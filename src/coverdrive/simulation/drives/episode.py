@@ -154,10 +154,13 @@ def decide(predictor: Belief, planner: Planner, scene: Scene, road: Road, **wish
         _given(plan.status, Status, "status of the plan")
         _check_array("inputs of the plan", plan.inputs)
         _check_shape("states of the plan", plan.states, (len(plan.inputs) + 1, 4))
-        possible = np.shape(plan.inputs)[1:] == (2,) and (np.abs(plan.inputs[0]) <= _MOST).all()
+        _check_array("slack of the plan", plan.slack)
+        _check_shape("slack of the plan", plan.slack, (len(plan.inputs),))
+        first = np.asarray(plan.inputs)[:1]
+        possible = first.shape == (1, 2) and (np.abs(first) <= _MOST).all()
     if not possible:
         raise DataError(
-            f"planner {type(planner).__qualname__} asks for {np.asarray(plan.inputs)[:1].tolist()}; expected rows of "
+            f"planner {type(planner).__qualname__} asks for {first.tolist()}; expected rows of "
             f"an acceleration of at most {_MOST[0]:g} m/s² and a yaw rate of at most {_MOST[1]:g} rad/s, either way"
         )
     return Decision(paths, plan, predicted - begin, time.process_time() - begin, time.perf_counter() - wall)
