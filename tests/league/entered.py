@@ -20,6 +20,18 @@ def belief(settings: PlannerSettings) -> ConstantVelocity:
     return ConstantVelocity(np.full((3, 2), half_width))
 
 
+def gentle(acceleration: float = -0.25) -> ConstantPlanner:
+    return ConstantPlanner(acceleration)
+
+
+def gentler(*, acceleration: float = -0.125) -> ConstantPlanner:
+    return ConstantPlanner(acceleration)
+
+
+def told(acceleration: float = 0.0, settings: PlannerSettings | None = None) -> ConstantPlanner:
+    return ConstantPlanner(acceleration if settings is None else settings.lane_change)
+
+
 class Agent:
     """Brakes as long as anybody is ahead."""
 

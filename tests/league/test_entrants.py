@@ -87,6 +87,12 @@ def test_a_planner_of_ones_own_plans_against_the_default_sets() -> None:
     assert isinstance(ours, MpcPlanner) and ours.settings == PLACE.settings.model_copy(update={"lane_change": 0.0})
 
 
+@pytest.mark.parametrize(("name", "acceleration"), [("gentle", -0.25), ("gentler", -0.125), ("told", 7.0)])
+def test_settings_are_given_to_who_needs_or_names_them(name: str, acceleration: float) -> None:
+    planner = made(seat(f"entered:{name}").planner, Planner)
+    assert isinstance(planner, ConstantPlanner) and planner.inputs[0, 0] == acceleration
+
+
 def test_a_belief_of_ones_own_has_our_planner() -> None:
     found = seat("entered:belief")
     assert isinstance(found.belief, ConstantVelocity)

@@ -178,10 +178,14 @@ def factory_of(name: str) -> Callable[..., Any]:
 
 
 def _made(name: str, settings: PlannerSettings, source: str = "") -> Any:
-    """What a factory, of a module whose source has this hash, makes of the settings, or of nothing."""
+    """What a factory, of a module whose source has this hash, makes of the settings, or of nothing if it needs none."""
     factory = factory_of(name)
     with blaming("entrant", factory):
-        return factory(settings) if inspect.signature(factory).parameters else factory()
+        taken = inspect.signature(factory).parameters
+        needed = any(each.default is each.empty and each.kind <= each.POSITIONAL_OR_KEYWORD for each in taken.values())
+        if "settings" in taken:
+            return factory(settings=settings)
+        return factory(settings) if needed else factory()
 
 
 def _entered(name: str, known: Known, place: Place) -> Seat:
