@@ -2,6 +2,7 @@
 
 import pickle
 import time
+from copy import deepcopy
 
 import gymnasium
 import numpy as np
@@ -391,6 +392,18 @@ def test_a_picture_shows_the_road_the_vehicles_and_the_sets(monkeypatch: pytest.
     assert sets[:, 580:].any() and not sets[:, :500].any()
     env.step(np.zeros(2))
     assert (env.render() != picture).any() and (picture[120 + 29, 320] == ego).all()  # the first one is as it was
+
+
+@pytest.mark.parametrize("mode", ["rgb_array", "human"])
+def test_one_that_is_drawn_can_be_copied(mode: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    env = gymnasium.make(NAME, render_mode=mode, vehicles=2)
+    env.reset(seed=1)
+    for copied in (deepcopy(env), pickle.loads(pickle.dumps(env))):
+        assert np.array_equal(env.render(), copied.render()) if mode == "rgb_array" else copied.render() is None
+        copied.step(np.ones(2))
+        assert copied.unwrapped.scene.lon[0] > env.unwrapped.scene.lon[0] == 0
+    env.close()
 
 
 def test_a_window_shows_every_step_in_real_time(monkeypatch: pytest.MonkeyPatch) -> None:

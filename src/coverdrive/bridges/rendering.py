@@ -48,6 +48,10 @@ class View:
             self._pygame.display.set_caption("coverdrive")
             self._clock = self._pygame.time.Clock()
 
+    def __reduce__(self) -> tuple[type["View"], tuple[bool, float]]:
+        """A copy, as in another process, draws for itself, and has no window."""
+        return View, (False, self._period)
+
     def show(self, scene: Scene, road: Road, paths: PredictedPaths | None, said: str) -> None:
         """Show a scene in the window, and wait until it is time."""
         if self._shown is None:
