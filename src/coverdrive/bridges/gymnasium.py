@@ -113,7 +113,8 @@ class Motorway(gymnasium.Env[Any, Any]):
             slots: how many vehicles the observation ``scene`` holds, the ego's included, 1 to 1000.
             predictor: for traffics that drive members of predicted sets, and for ``sets``.
             sets: whether ``info`` has the predicted paths of the scene that is shown as ``sets``, and, at the end of an
-                episode, how many ``windows`` were seen and how many of them were ``misses``. This takes time.
+                episode, how many ``windows`` were seen and how many of them were ``misses``: at that of ``episode``, as
+                nobody tells of ``max_episode_steps``. This takes time.
             recordings: to replay; other traffic drives on a road like theirs.
             episode: start, length and time steps; what is not set is as on the road.
             reward: what is rewarded.
