@@ -11,7 +11,7 @@ pytest.importorskip("libsumo", reason="needs the extra sumo", exc_type=ImportErr
 from coverdrive.bridges.sumo import Sumo
 from coverdrive.bridges.world import drive
 from coverdrive.driving.driver import Driver
-from coverdrive.errors import DataError
+from coverdrive.errors import DataError, SettingError
 from coverdrive.simulation.drives.outcome import Kind
 
 PREDICTOR = FakePredictor(FakeBasis.make(accelerations=(0.0, -2.0), shifts=(0.0,)))
@@ -146,6 +146,14 @@ def test_its_own_driver_drives_when_nobody_else_does(folder: Path) -> None:
         speeds.append(there.observe().own[2])
     assert not there.crashed
     assert max(speeds) > 20
+
+
+def test_who_looks_before_the_first_reset_is_told_to_reset(folder: Path) -> None:
+    libsumo = pytest.importorskip("libsumo")
+    if libsumo.isLoaded():
+        libsumo.close()
+    with pytest.raises(SettingError, match="no drive has begun; reset the world first"):
+        Sumo(["-n", str(folder / "net.xml")], "ego").observe()
 
 
 def test_there_has_to_be_an_ego(folder: Path) -> None:

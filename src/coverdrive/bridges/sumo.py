@@ -11,7 +11,7 @@ import numpy as np
 
 from coverdrive.bridges.world import FAR, Car, Observation
 from coverdrive.driving.driver import Command
-from coverdrive.errors import DataError
+from coverdrive.errors import DataError, SettingError
 from coverdrive.extras import require
 from coverdrive.planning.problem.vehicle import moved
 from coverdrive.recordings.roads.drawn_road import DrawnLane, drawn_road
@@ -63,6 +63,8 @@ class Sumo:
 
     def observe(self) -> Observation:
         """Everybody nearby who does not come from the other direction."""
+        if not self._sumo.isLoaded():
+            raise SettingError("no drive has begun; reset the world first")
         others = dict[Any, Any]()
         for name in self._sumo.vehicle.getIDList():
             state = self._state(name)
