@@ -102,4 +102,10 @@ def test_its_own_driver_drives_when_nobody_else_does() -> None:
 
 def test_other_roads_are_refused() -> None:
     with pytest.raises(DataError, match="not one straight road along x"):
-        HighwayEnv("racetrack-v1").reset(0)
+        HighwayEnv("racetrack-v1")
+    with pytest.raises(DataError, match=r"merge-v1 cannot be made .* one straight road along x, as highway-v0"):
+        HighwayEnv("merge-v1")
+
+
+def test_who_looks_before_the_first_reset_sees_the_road() -> None:
+    assert HighwayEnv("highway-v0", lanes_count=2, vehicles_count=1).observe().road.lanes == 2

@@ -41,11 +41,18 @@ class HighwayEnv:
 
         Raises:
             MissingExtraError: highway-env is not installed.
+            DataError: it cannot be made so, or its road is not straight.
         """
         require("highway_env")
-        make = require("gymnasium").make
-        self.env = make(name, config=CONFIG | config, render_mode=render_mode, disable_env_checker=True)
-        self.done = True
+        gymnasium = require("gymnasium")
+        try:
+            self.env = gymnasium.make(name, config=CONFIG | config, render_mode=render_mode, disable_env_checker=True)
+        except gymnasium.error.Error:
+            raise
+        except Exception as error:
+            problem = f"{name} cannot be made with continuous actions ({type(error).__name__}: {error})"
+            raise DataError(f"{problem}; choose an environment of one straight road along x, as highway-v0") from error
+        self.done, self._road = True, _road(self._base.road.network.graph)
 
     @property
     def _base(self) -> Any:
@@ -68,7 +75,7 @@ class HighwayEnv:
         return bool(self._base.vehicle.crashed)
 
     def reset(self, seed: int) -> None:
-        """Begin the episode of a seed; a DataError if its road is not straight."""
+        """Begin the episode of a seed."""
         self.env.reset(seed=seed)
         self.done = False
         self._road = _road(self._base.road.network.graph)
