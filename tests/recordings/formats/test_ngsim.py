@@ -1,5 +1,6 @@
 """NGSIM files: units, frames of reference, several sites, and everything that can be wrong with them."""
 
+import gzip
 from pathlib import Path
 
 import numpy as np
@@ -259,6 +260,22 @@ def test_traffic_in_both_directions_is_refused(make_ngsim, write_csv):
     )
     with pytest.raises(RecordingError, match=r"against the direction of the road"):
         read_ngsim(write_csv(pl.concat([away, away.with_columns(pl.col("Vehicle_ID") + 20), back])))
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "problem"),
+    [
+        (lambda text: text.encode("utf-16"), "text in UTF-16; save it as UTF-8"),
+        (lambda text: gzip.compress(text.encode()), "packed by gzip; unpack it"),
+        (lambda text: b"PK\x03\x04" + text.encode(), "a ZIP archive or a workbook"),
+        (lambda text: text.replace("\n", "\r").encode(), "end in carriage returns alone"),
+    ],
+)
+def test_files_that_are_no_usual_text_are_named(spoilt, problem: str, tmp_path: Path):
+    path = tmp_path / "ngsim.csv"
+    path.write_bytes(spoilt("Vehicle_ID,Frame_ID,Global_Time,Local_X,Local_Y\n" + "1,2,3,4,5\n" * 9))
+    with pytest.raises(RecordingError, match=problem):
+        read([path])
 
 
 def test_semicolons_are_named(tmp_path: Path):

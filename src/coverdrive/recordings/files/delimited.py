@@ -29,6 +29,12 @@ ROW = "row"
 """The column that says on which line of the file, counted from 1, a row stands"""
 
 
+_UTF_16 = "text in UTF-16; save it as UTF-8"
+_BEGINS = {b"\xff\xfe": _UTF_16, b"\xfe\xff": _UTF_16, b"\x1f\x8b": "packed by gzip; unpack it",
+           b"PK\x03\x04": "a ZIP archive or a workbook; unpack it, or save it as CSV"}  # fmt: skip
+"""How files begin that are no text in UTF-8, and what they are"""
+
+
 class Layout(NamedTuple):
     """How the lines of a file are to be read; the first one is a header if commas separate the cells."""
 
@@ -47,9 +53,14 @@ def normalised(name: str) -> str:
 def csv_layout(file: Path) -> Layout:
     """The normalised names of the columns in the header; none where the first line has no comma."""
     with file.open("rb") as stream:
-        first = stream.readline(100_000).decode("utf-8", errors="replace").lstrip("\ufeff")
+        begin = stream.readline(100_000)
+        first = begin.decode("utf-8", errors="replace").lstrip("\ufeff")
         if not first.strip() and stream.read(1000).strip():
             raise RecordingError(file, "the first line is blank; let the names of the columns be there", 1)
+    for what in (_BEGINS[each] for each in _BEGINS if begin.startswith(each)):
+        raise RecordingError(file, f"it is {what}")
+    if "\r" in first.strip():
+        raise RecordingError(file, "its lines end in carriage returns alone; save it with line feeds")
     if not first.strip():
         raise RecordingError(file, "the file is empty; check that it was copied whole")
     if ";" in first and "," not in first:
