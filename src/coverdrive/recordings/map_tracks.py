@@ -114,6 +114,8 @@ def _regular(file: Path, tracks: MapTracks, repairs: Counter[str]) -> tuple[pl.D
     ``repairs`` gains ``assumed sizes``, ``rows out of order``, and what `plausible_rows` and `_numbered_anew` repair.
     """
     table = tracks.table
+    if not isinstance(table, pl.DataFrame):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise RecordingError(file, f"the reader gave a table of {type(table).__module__}; expected a polars DataFrame")
     for name in NEEDED:
         if name not in table.columns:
             raise RecordingError(file, f"the reader gave no column {name}; expected {', '.join(NEEDED)}")
@@ -127,6 +129,10 @@ def _regular(file: Path, tracks: MapTracks, repairs: Counter[str]) -> tuple[pl.D
         usual["speed"] = (pl.col("vx") ** 2 + pl.col("vy") ** 2).sqrt()
     if ROW not in table.columns:
         table = table.with_row_index(ROW, 1)
+    for name in NEEDED:
+        for row in (~table[name].cast(pl.Float64, strict=False).is_finite().fill_null(False)).arg_true():
+            problem = f"the reader gave {table[name][row]!r}; expected numbers, for vehicles as well"
+            raise RecordingError(file, f"{problem}: leave out what is not known", table[ROW][row], name)
     table = table.with_columns(**{name: value for name, value in usual.items() if name not in table.columns})
     table = plausible_rows(file, table.rename({"time": "clock"}), repairs)
     if tracks.dt is not None:

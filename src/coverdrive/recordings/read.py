@@ -14,7 +14,7 @@ import numpy as np
 import polars as pl
 from jaxtyping import Int
 
-from coverdrive.arguments import of_kind, path_of, paths_of
+from coverdrive.arguments import of_kind, path_of, paths_of, shown
 from coverdrive.errors import NoVehiclesError, RecordingError
 from coverdrive.garbage import not_looking_for_garbage
 from coverdrive.linked import linked
@@ -166,8 +166,14 @@ def _read_file(file: Path, how: How, name: str | None, namesakes: dict[str, list
         for each in found:
             if isinstance(each, MapTracks):
                 readings += readings_from_map(file, each, how.smoothing, how.map)
+            elif not isinstance(each, Recording | Reading):
+                raise RecordingError(file, f"its reader gave {shown(each)}; expected MapTracks or Recordings")
     if not finished and not readings:
         raise RecordingError(file, "it holds no recording; check that it was copied whole")
+    names = [reading.recording.name for reading in readings]
+    if twice := [name for name in names if names.count(name) > 1]:
+        problem = f"its reader called {len(twice)} recordings {twice[0]!r}; expected a name for each"
+        raise RecordingError(file, f"{problem}, by which vehicles of equal numbers are told apart")
     for reading in readings:
         reading.recording.notes.setdefault("format", reader.name)
     readings = [_told_apart(reading, file.resolve(), namesakes) for reading in readings]

@@ -1,9 +1,11 @@
 """Readers by name: own ones, those of other packages, and what no reader recognises."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import polars as pl
 import pytest
 
@@ -13,6 +15,7 @@ from coverdrive.recordings.formats import reader as registry
 from coverdrive.recordings.formats.reader import Head, How
 from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.road import Road
+from shape_checks import unchecked
 
 OWN = """
 import polars as pl
@@ -122,6 +125,12 @@ def test_readers_may_give_finished_recordings_or_nothing(mine: Path):
         ({"time": pl.col("time") * 1000}, r"is 100 s; expected 0\.02 to 1 s"),
         ({"time": pl.col("time") + 0.04 * (pl.col("vehicle") % 2)}, "are not multiples of 0.1 s apart"),
         ({"vehicle": pl.col("vehicle") + 0.5}, "expected a whole number, got 0.5"),
+        (
+            {"vehicle": pl.format("v{}", "vehicle")},
+            r"row 1, column vehicle: .* gave 'v0'; expected numbers, for vehicles",
+        ),
+        ({"x": pl.col("x").replace(0.0, np.nan)}, "row 1, column x: the reader gave nan; expected numbers"),
+        ({"y": pl.when(pl.int_range(pl.len()) != 4).then("y")}, "row 5, column y: the reader gave None"),
         ({"length": pl.lit(15.0 / 0.3048), "width": pl.lit(6.0)}, "wider|median length .* check the unit"),
     ],
 )
@@ -138,6 +147,22 @@ def test_tables_that_are_no_tracks(columns: dict[str, pl.Expr | None], problem: 
     cd.register_reader("changed", changed)
     with pytest.raises(RecordingError, match=problem):
         cd.read(mine, format="changed")
+
+
+@pytest.mark.parametrize(
+    ("given", "problem"),
+    [
+        (lambda table: [table], "its reader gave an object of DataFrame; expected MapTracks or Recordings"),
+        (lambda table: [cd.MapTracks("mine", table.lazy())], "gave a table of polars.*; expected a polars DataFrame"),
+        (lambda table: [cd.MapTracks("mine", table), cd.MapTracks("mine", table)], "called 2 recordings 'mine'"),
+    ],
+)
+def test_what_readers_should_not_give(given: Callable[[pl.DataFrame], list[Any]], problem: str, mine: Path):
+    names: dict[str, Any] = {}
+    exec(OWN, names)
+    cd.register_reader("odd", lambda file, how: given(names["read_mine"](file, how)[0].table))
+    with unchecked(), pytest.raises(RecordingError, match=problem):
+        cd.read(mine, format="odd")
 
 
 def test_recognisers_see_columns_in_one_spelling(tmp_path: Path):
