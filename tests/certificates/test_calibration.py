@@ -10,6 +10,7 @@ from coverdrive.certificates.calibration import Calibration, ScoredSamples
 from coverdrive.certificates.certificate import Unit
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import CertificateError
+from shape_checks import unchecked
 
 TUBE = 0.5
 
@@ -59,6 +60,14 @@ def test_missed_units_are_those_of_a_slow_loop(seed: int, unit: Unit) -> None:
         missed[key] = missed.get(key, False) or miss
     units = make_units(samples, TUBE, unit)
     assert units.missed(rule).tolist() == [missed[key] for key in sorted(missed)]
+
+
+def test_units_that_are_none_are_refused() -> None:
+    with (
+        unchecked(),
+        pytest.raises(CertificateError, match=r"unit: expected 'window' or 'vehicle' or .*, got 'windows'"),
+    ):
+        Calibration.of(three_windows(), TUBE, np.array([0]), unit="windows")  # pyright: ignore[reportArgumentType]
 
 
 def test_training_vehicles_are_refused() -> None:

@@ -8,7 +8,7 @@ A unit is missed if anything it asks for is.
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -135,6 +135,11 @@ class Calibration:
     """of the negatives of hyperplanes"""
     training: ScoredSamples | None
     """scores of the training split Ω₁, which shape nested sets and hyperplanes"""
+
+    def __post_init__(self) -> None:
+        """Refuse another unit."""
+        if self.kind not in get_args(Unit):
+            raise CertificateError(f"unit: expected {' or '.join(map(repr, get_args(Unit)))}, got {self.kind!r}")
 
     @staticmethod
     def of(
