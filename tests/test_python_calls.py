@@ -50,10 +50,22 @@ def test_an_agent_drives_as_the_message_says(results: Results) -> None:
     assert len(trace) == 3
 
 
+def test_bounds_to_compare_are_one_number_or_several(results: Results) -> None:
+    with unchecked():
+        once, twice = cd.certify(results, 0.4), cd.certify(results, [0.4])  # pyright: ignore[reportArgumentType]
+    assert [each.target for each in once] == [each.target for each in twice]
+    with unchecked(), pytest.raises(SettingError, match="targets: expected a number, got 'a'"):
+        cd.certify(results, "a")  # pyright: ignore[reportArgumentType]
+
+
 def test_a_study_of_an_own_planner_has_a_page(results: Results, tmp_path: Path) -> None:
     study = cd.study(
         results.predictor, Straight(), folder=tmp_path / "study", trials=1, traffic="drivers", vehicles=2, episode=SHORT
     )
+    assert repr(study) == f"Study(folder={tmp_path / 'study'!r})"
+    with pytest.raises(SettingError, match="trial: expected a whole number of at least 0, got -1"):
+        study.trace(-1)
+    assert repr(study.trace(0)).startswith("<Trace of 3 steps: Outcome(kind=<Kind.FINISHED")
     page = cd.report(results.fitted, study, tmp_path / "page.html")
     assert "Straight" in study.files.description()["planner"]["name"] and page.stat().st_size > 10_000
     with unchecked(), pytest.raises(SettingError, match=r"fitted: expected .*; a study is the second argument, got an"):

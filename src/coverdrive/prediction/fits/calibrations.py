@@ -1,8 +1,9 @@
 """All methods of calibration side by side, on the scores of one predictor."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Protocol, runtime_checkable
 
+from coverdrive.arguments import finite, of_kind
 from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
 from coverdrive.certificates.certificate import Unit
 from coverdrive.certificates.comparison import Compared, compare
@@ -52,8 +53,11 @@ def certify(
     tests, each method is tested as the fit is (`held_back`).
 
     Raises:
-        CertificateError: a target or the confidence is no share between 0 and 1.
+        SettingError: this is no fit, or a target no number.
+        CertificateError: a target or the confidence is no share between 0 and 1, or there is no such unit.
     """
+    of_kind("fitted", fitted, Fitted, "what `fit` gives, or a folder of results that was opened")
+    targets = [finite("targets", each) for each in (targets if isinstance(targets, Iterable) else [targets])]
     predictor, scored, settings = fitted.predictor, fitted.scored, fitted.settings.certificate
     wanted = Claim(confidence=settings.confidence if confidence is None else confidence)
     tube, unit = predictor.tube, unit or settings.unit
