@@ -106,6 +106,7 @@ def test_a_study_of_an_own_planner_has_a_page(results: Results, tmp_path: Path) 
         (lambda given: cd.simulate(type(given)), "predictor: expected a predictor .*, got the class"),
         (lambda given: cd.Driver(given, wanted_speed="fast"), "wanted_speed: expected a number, got 'fast'"),
         (lambda given: cd.Driver(given, period="often"), "period: expected a number, got 'often'"),
+        (lambda given: cd.certify(given), "fitted: expected what `fit` gives"),
         (lambda given: cd.compare(5, 6), "first: expected a study, or a path, got 5"),
     ],
 )

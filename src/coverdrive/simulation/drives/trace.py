@@ -79,6 +79,10 @@ class Trace:
         """Number of steps n."""
         return len(self.plans)
 
+    def __repr__(self) -> str:
+        """How it went, in short."""
+        return f"<Trace of {len(self)} steps: {self.outcome}>"
+
     @cached_property
     def all_paths(self) -> tuple[Int[np.ndarray, " S"], PredictedPaths]:
         """The paths of all steps behind one another, and the step at whose start each of them was predicted."""

@@ -1,7 +1,7 @@
 """Many seeded trials, on several processes, resumable (paper §5: 1000 trials, 200 each for 3 to 7 vehicles)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -30,7 +30,7 @@ from coverdrive.simulation.traffic.replay import cut_scenarios
 class Study:
     """A closed-loop study: its setup, and the folder that holds what was driven."""
 
-    setup: Setup
+    setup: Setup = field(repr=False)
     folder: Path
 
     @cached_property
@@ -79,7 +79,7 @@ class Study:
         """Several such drives by the numbers of their trials; a DataError if the study replayed other recordings."""
         if trials and not self.files.exists:
             _ = self._loaded  # makes the folder its own
-        traces: dict[int, Trace] = {}
+        traces, trials = dict[int, Trace](), [whole("trial", trial) for trial in trials]
         with stage("drives"):
             for number, trial in enumerate(trials):
                 with part(number, len(trials)):
