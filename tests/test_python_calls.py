@@ -51,8 +51,7 @@ def test_an_agent_drives_as_the_message_says(results: Results) -> None:
 
 
 def test_bounds_to_compare_are_one_number_or_several(results: Results) -> None:
-    with unchecked():
-        once, twice = cd.certify(results, 0.4), cd.certify(results, [0.4])  # pyright: ignore[reportArgumentType]
+    once, twice = cd.certify(results, 0.4), cd.certify(results, [0.4])
     assert [each.target for each in once] == [each.target for each in twice]
     with unchecked(), pytest.raises(SettingError, match="targets: expected a number, got 'a'"):
         cd.certify(results, "a")  # pyright: ignore[reportArgumentType]

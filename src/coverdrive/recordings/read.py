@@ -166,7 +166,7 @@ def _read_file(file: Path, how: How, name: str | None, namesakes: dict[str, list
         for each in found:
             if isinstance(each, MapTracks):
                 readings += readings_from_map(file, each, how.smoothing, how.map)
-            elif not isinstance(each, Recording | Reading):
+            elif not isinstance(each, Recording | Reading):  # pyright: ignore[reportUnnecessaryIsInstance]
                 raise RecordingError(file, f"its reader gave {shown(each)}; expected MapTracks or Recordings")
     if not finished and not readings:
         raise RecordingError(file, "it holds no recording; check that it was copied whole")

@@ -45,7 +45,10 @@ class Fitted(Protocol):
 
 
 def certify(
-    fitted: Fitted, targets: Sequence[float] = TARGETS, unit: Unit | None = None, confidence: float | None = None
+    fitted: Fitted,
+    targets: float | Sequence[float] = TARGETS,
+    unit: Unit | None = None,
+    confidence: float | None = None,
 ) -> list[Compared]:
     """Calibrate by every method for every bound ε on the miss rate in ``targets``, and test on the test split.
 
