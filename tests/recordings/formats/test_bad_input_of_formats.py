@@ -150,7 +150,7 @@ def of_ngsim(folder: Path, *metric: str, without: str = "Zone") -> Path:
 
 
 MOVED = ("Local_X", "Local_Y", "v_Vel")
-WITHIN = r"vehicle \d+ at .* s lies within vehicle \d+, and so do \d\d% of those .* are in one unit"
+WITHIN = r"vehicle \d+ at .* s lies within vehicle \d+, and so do \d\d % of those .* are in one unit"
 MIXED: dict[str, tuple[Callable[[Path], Path], str]] = {
     "NGSIM, sizes in feet, the rest in metres": (lambda folder: of_ngsim(folder, *MOVED), WITHIN),
     "the same without lanes": (lambda folder: of_ngsim(folder, *MOVED, without="Lane_ID"), WITHIN),
