@@ -54,17 +54,17 @@ class PredictedPaths:
 
     def joined(self, other: "PredictedPaths") -> "PredictedPaths":
         """These paths and more of the same times; boxes count, ellipses are forgotten."""
-        first, second = (replace(each, ellipses=None) for each in (self, other))
-        both = together((first, second))
-        return both if both.weight is not None else replace(both, weight=np.ones(len(both)))
+        both = together((self, other))
+        return replace(both, ellipses=None, weight=np.ones(len(both)) if both.weight is None else both.weight)
 
 
 def together(parts: Sequence[PredictedPaths]) -> PredictedPaths:
     """Paths of the same times behind one another; ellipses and weights say what they mean where a part has none."""
     ellipses = weight = None
     if any(each.ellipses is not None for each in parts):
-        free = (np.full_like(each.points, np.inf) if each.ellipses is None else each.ellipses for each in parts)
-        ellipses = np.concatenate(list(free))
+        ellipses = np.concatenate(
+            [np.full_like(each.points, np.inf) if each.ellipses is None else each.ellipses for each in parts]
+        )
     if any(each.weight is not None for each in parts):
         weight = np.concatenate([np.ones(len(each)) if each.weight is None else each.weight for each in parts])
     points, vehicle, half_sizes = (
