@@ -5,7 +5,7 @@ members of its predicted set.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import jax
 import numpy as np
@@ -54,8 +54,14 @@ class PredictedPaths:
 
     def joined(self, other: "PredictedPaths") -> "PredictedPaths":
         """These paths and more of the same times; boxes count, ellipses are forgotten."""
-        both = together((self, other))
-        return replace(both, ellipses=None, weight=np.ones(len(both)) if both.weight is None else both.weight)
+        weights = [np.ones(len(each)) if each.weight is None else each.weight for each in (self, other)]
+        return PredictedPaths(
+            np.concatenate([self.points, other.points]),
+            np.concatenate([self.vehicle, other.vehicle]),
+            np.concatenate([self.half_sizes, other.half_sizes]),
+            self.dt,
+            weight=np.concatenate(weights),
+        )
 
 
 def together(parts: Sequence[PredictedPaths]) -> PredictedPaths:
