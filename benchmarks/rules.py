@@ -35,7 +35,7 @@ from coverdrive.prediction.predictor import Predictor
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.drives.fault import Fault
-from coverdrive.simulation.drives.outcome import Kind
+from coverdrive.simulation.drives.outcome import Cause, Kind
 from coverdrive.simulation.measures.trial import measure
 from coverdrive.simulation.studies.comparison import mean_interval
 from coverdrive.simulation.studies.setup import Setup
@@ -189,6 +189,7 @@ def summary(rows: list[dict[str, Any]], base: list[dict[str, Any]], replayed: bo
         "drives": len(ours),
         "contacts": len(touched),
         "own fault": sum(each["at_fault"] == Fault.EGO.value for each in touched),
+        "hopeless starts": sum(each["cause"] == Cause.START.value for each in touched),
         "mean speed": float(column["mean_speed"].mean()),
         "faster by": (None, None) if replayed else mean_interval(apart, 0.95),
         "unsafe": float(column["share_unsafe"].mean()),
@@ -217,12 +218,12 @@ def table(found: dict[str, dict[str, dict[str, Any]]]) -> str:
                 lines += [f"| {_name(rule)} | {' | '.join(map(str, told))} | {mean:.2f} m/s |"]
             continue
         lines += [f"\n`{traffic}`, {rules[ALL]['drives']} drives a row:\n"]
-        lines += ["| without | contacts (own fault) | mean speed [m/s] (paired 95 %) | unsafe | headway [s] | < 1 s to collision | jerk [m/s³] |"]  # fmt: skip  # noqa: E501
+        lines += ["| without | contacts (own fault; from hopeless starts) | mean speed [m/s] (paired 95 %) | unsafe | headway [s] | < 1 s to collision | jerk [m/s³] |"]  # fmt: skip  # noqa: E501
         lines += ["|---|---|---|---|---|---|---|"]
         for rule, each in rules.items():
             told = rule != ALL and None not in each["faster by"]
             apart = " ({:+.2f} … {:+.2f})".format(*each["faster by"]) if told else ""
-            lines += [f"| {_name(rule)} | {each['contacts']} ({each['own fault']}) | {each['mean speed']:.2f}{apart} | {each['unsafe']:.2%} | {each['headway in nine of ten moments']:.2f} | {each['within 1 s of collision']:.0%} | {each['jerk']:.2f} |"]  # fmt: skip  # noqa: E501
+            lines += [f"| {_name(rule)} | {each['contacts']} ({each['own fault']}; {each['hopeless starts']}) | {each['mean speed']:.2f}{apart} | {each['unsafe']:.2%} | {each['headway in nine of ten moments']:.2f} | {each['within 1 s of collision']:.0%} | {each['jerk']:.2f} |"]  # fmt: skip  # noqa: E501
     return "\n".join(lines)
 
 

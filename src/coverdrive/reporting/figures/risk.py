@@ -21,7 +21,8 @@ _CAPTION = (
     "average over calibrations, so that this one may miss more; with a dot, for each base by itself, "
     "so that more of all {unit}s may be missed. Small marks: what was missed on scenes that did not train it, with its "
     "95 % interval. "
-    "Left is safer, low is more useful. An arrow at the right edge stands for what is beyond it."
+    "Left is safer, low is more useful. What is beyond the right edge is an arrow there; an interval that reaches it "
+    "goes on."
 )
 
 
