@@ -57,8 +57,8 @@ class Certificate:
     groups: int = 1
     """M, if the bound holds for every base by itself; with one, it holds for all bases together"""
     prediction_epsilon: float | None = None
-    """bound on missing a covered sample alone; of post-bloating, Φ(ε, M − 1, N₂), and of support
-    vectors"""
+    """bound on missing a sample that a base covers, as a share of all samples; of post-bloating, Φ(ε, M − 1, N₂), and
+    of support vectors"""
     paper_epsilon: float | None = None
     """the same by the dimension alone: by the paper's Theorem 1, Φ(ε, M + 1, N₂), or for hyperplanes, by M(n̄ + 1)"""
     support: int | None = None

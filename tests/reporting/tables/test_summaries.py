@@ -30,12 +30,15 @@ def test_recordings() -> None:
 def test_a_fit_counts_its_scene_groups(scenes: int, said: str) -> None:
     contents = make_contents()
     certified, nothing = contents.certified, SimpleNamespace(train=(), calibration=(), test=(), dropped=0)
-    certificates = tuple(replace(each, vehicles=9, scenes=scenes) for each in certified.certificates)
+    more = {"vehicles": 9, "scenes": scenes, "prediction_epsilon": 0.02, "paper_epsilon": 0.03}
+    certificates = tuple(replace(each, **more) for each in certified.certificates)
     fit = Mock(
         spec=Fit, evaluation=certified.evaluation, predictor=contents.predictor, split=nothing, segments=(), seconds={},
         certificates=certificates, occupied=certified.occupied, uncovered=certified.uncovered,
     )  # fmt: skip
-    assert said in printed(fit_table(fit), 300)
+    text = printed(fit_table(fit), 300)
+    assert said in text
+    assert "though a base covers them" in text  # as a share of all: of those alone it is more
 
 
 def test_the_gap_of_a_drive_on_which_nobody_was_is_none() -> None:

@@ -68,7 +68,7 @@ def _fit_facts(result: Fit) -> Iterator[tuple[str, str]]:
         if each.prediction_epsilon is not None and each.paper_epsilon is not None:
             ours = "exact" if each.support is None else f"by {each.support} supporting {each.noun}s"
             yield (
-                "  of those that a base covers",
+                "  though a base covers them",
                 f"{at_most(each.prediction_epsilon)} {ours}, {at_most(each.paper_epsilon)} by the paper's theorem",
             )
     if result.predictor.scale != 1:
