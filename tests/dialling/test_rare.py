@@ -171,6 +171,8 @@ def test_intervals():
     ended = Rare(Path(), [*found.repetitions[:2], found.repetitions[2] | {"rarer": True}])
     assert ended.interval[0] < low and ended.interval[1] == high == pytest.approx(6.93e-5, rel=1e-3)
     assert "with probability less than 0.007 % (the upper end of a 95 % interval that" in ended.sentence
+    half = Rare(Path(), [row | {"probability": 1e-6}, row | {"probability": 1.9e-6, "rarer": True}])
+    assert half.interval[0] < 1.6e-12 and "that begins at 0.00000000015 %)" in half.sentence
     assert ended.sentence.endswith("of which 1 ended without a collision, below what was to be looked for.")
     rarer = Rare(Path(), [each | {"rarer": True} for each in found.repetitions])
     assert rarer.interval == (0.0, high)

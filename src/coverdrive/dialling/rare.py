@@ -195,15 +195,16 @@ class Rare:
         if self.probability == 0:
             return "No collision was found: take more particles, or drive where there are some."
         rarer = sum(each["rarer"] for each in self.repetitions)
+        low = to_two_digits(low, ROUND_FLOOR)
         if rarer:
             return (
                 f"A drive has a collision with probability less than {at_most(high, 2)} (the upper end of a 95 % "
-                f"interval that begins at {percent(low, 1)}): {len(self.estimates)} independent repetitions, of which "
+                f"interval that begins at {percent(low, 2)}): {len(self.estimates)} independent repetitions, of which "
                 f"{rarer} ended without a collision, below what was to be looked for."
             )
         return (
             f"A drive has a collision with probability {self.probability:.2g} (95 % interval "
-            f"{to_two_digits(low, ROUND_FLOOR):.2g} to {to_two_digits(high):.2g}; "
+            f"{low:.2g} to {to_two_digits(high):.2g}; "
             f"standard error {100 * self.standard_error / self.probability:.0f} %): {len(self.estimates)} independent "
             "repetitions."
         )
