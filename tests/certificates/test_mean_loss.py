@@ -207,12 +207,14 @@ def test_nested_rules_and_their_tests_agree() -> None:
 
 
 def test_too_few_groups_are_refused_with_how_many_would_do() -> None:
-    few = Calibration.of(alike(3, 50, 5, 0), 1.0, NOBODY, "group")
     needed = units_needed(0.2, 0.9)
-    with pytest.raises(
-        CertificateError, match=rf"3 calibration scene groups cannot prove ε = 0\.2; .*{needed} of them"
-    ):
-        certify(Method.PAC_POOLED, few, CLAIM)
+    for count, said in ((3, "3 calibration scene groups"), (1, "1 calibration scene group")):
+        few = Calibration.of(alike(count, 50, 5, 0), 1.0, NOBODY, "group")
+        with pytest.raises(CertificateError, match=rf"{said} cannot prove ε = 0\.2; .*{needed} of them"):
+            certify(Method.PAC_POOLED, few, CLAIM)
+    alone = Calibration.of(alike(1, 1, 1, 0), 1.0, NOBODY, "vehicle")
+    with pytest.raises(CertificateError, match=r"1 calibration vehicle cannot prove ε = 0\.2;"):
+        certify(Method.PAC_POOLED, alone, CLAIM)
     enough = Calibration.of(alike(needed, 50, 5, 0), 1.0, NOBODY, "group")
     _, certificate = certify(Method.PAC_POOLED, enough, CLAIM)
     assert (certificate.samples, certificate.vehicles, certificate.scenes) == (needed, 50 * needed, needed)

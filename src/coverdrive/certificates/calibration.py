@@ -275,7 +275,7 @@ def refusal(kind: Unit, count: int, outside: int, epsilon: float, allowed: int, 
 
     ``least`` is the smallest bound that so many units can prove.
     """
-    units = f"{count} calibration {kind}s"
+    units = f"{count} calibration {kind}{'s' * (count != 1)}"
     if allowed < 0:
         return CertificateError(
             f"{units} cannot prove ε = {epsilon:g}; the smallest ε possible with them is {least:.3g}, so allow that "

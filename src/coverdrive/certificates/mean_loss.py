@@ -101,7 +101,8 @@ def last_level(calibration: Calibration, claim: Claim, level: Float[np.ndarray, 
 
 
 def _refusal(calibration: Calibration, claim: Claim, losses: Float[np.ndarray, " n"]) -> str:
-    asked = f"{len(losses)} calibration {NOUNS[calibration.kind]}s cannot prove ε = {claim.bound:g}"
+    plural = "s" * (len(losses) != 1)
+    asked = f"{len(losses)} calibration {NOUNS[calibration.kind]}{plural} cannot prove ε = {claim.bound:g}"
     needed = units_needed(claim.bound, claim.confidence)
     if needed > len(losses):
         least = loss_limit(np.zeros(len(losses)), claim.confidence)
