@@ -168,7 +168,7 @@ class Rare:
         A repetition that ended before counts with what it got to in the upper end, and as 0 in the lower one, which is
         0 where all ended so. With few particles the estimates are so skew that it ends too low: of two to eight
         estimates that are lognormal, the truth is outside in 5 to 6 % of the cases if they spread by half their mean,
-        and in 6 to 9 % if they do by as much as their mean.
+        and in 6 to 10 % if they do by as much as their mean.
         """
         reached = [0.0 if each["rarer"] else each["probability"] for each in self.repetitions]
         return _ends(reached)[0], _ends(self.estimates)[1]
