@@ -177,6 +177,10 @@ def test_intervals():
     rarer = Rare(Path(), [each | {"rarer": True} for each in found.repetitions])
     assert rarer.interval == (0.0, high)
     assert "interval that begins at 0 %): 3 independent" in rarer.sentence and "error" not in rarer.sentence
+    alike = Rare(Path(), [row | {"probability": 0.1}] * 3)
+    assert alike.interval == (0.0, 1.0) and "probability 0.1 (95 % interval 0 to 1;" in alike.sentence
+    ended = Rare(Path(), [row | {"probability": 2**-20, "rarer": True}] * 3)  # by design: each halves as often
+    assert ended.interval == (0.0, 2**-20)
     nothing = Rare(Path(), [row | {"probability": 0.0}] * 2)
     assert nothing.interval == (0.0, 1.0) and "No collision was found" in nothing.sentence
 

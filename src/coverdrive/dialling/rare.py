@@ -169,8 +169,11 @@ class Rare:
         0 where all ended so. With few particles the estimates are so skew that it ends too low: of two to eight
         estimates that are lognormal, the truth is outside in 5 to 6 % of the cases if they spread by half their mean,
         and in 6 to 10 % if they do by as much as their mean.
+        Estimates of a collision that are all equal tell nothing of how they spread.
         """
         reached = [0.0 if each["rarer"] else each["probability"] for each in self.repetitions]
+        if any(reached) and np.ptp(reached) == 0:
+            return 0.0, 1.0
         return _ends(reached)[0], _ends(self.estimates)[1]
 
     @property
