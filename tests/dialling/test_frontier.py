@@ -87,14 +87,17 @@ def test_so_many_drives_tell_as_often_as_is_said_and_those_of_a_normal_test_do_n
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("drives", "rate"), [(100, 0.02), (100, 0.1), (1000, 0.01), (100, 0.5), (1000, 0.5)])
-def test_of_eight_that_are_alike_the_extremes_are_seldom_told_apart(drives: int, rate: float) -> None:
+@pytest.mark.parametrize(
+    ("drives", "rate", "limit"),
+    [(100, 0.02, 0.09), (100, 0.1, 0.09), (1000, 0.01, 0.09), (100, 0.5, 0.09), (1000, 0.5, 0.12)],
+)
+def test_of_eight_that_are_alike_the_extremes_are_seldom_told_apart(drives: int, rate: float, limit: float) -> None:
     """The negative control is a normal test of two rates at 5 %, which tells half of them apart."""
     counts = np.random.default_rng(0).binomial(drives, rate, (1000, 8))
     least, most = counts.min(1), counts.max(1)
     mean = (least + most) / (2 * drives)
     tested = (most - least) / drives > 1.96 * np.sqrt(2 * mean * (1 - mean) / drives)
-    assert np.mean([apart(*each, drives) for each in zip(least.tolist(), most.tolist(), strict=True)]) < 0.12
+    assert np.mean([apart(*each, drives) for each in zip(least.tolist(), most.tolist(), strict=True)]) < limit
     assert tested.mean() > 0.4
 
 
