@@ -77,7 +77,7 @@ def of_rare(said: dict[str, Any]) -> dict[str, Any]:
         "relative error": said["standard_error"] / said["probability"] if said["probability"] else None,
         "repetitions": len(said["repetitions"]),
         "ended before": sum(each["rarer"] for each in said["repetitions"]),
-        "levels": [limit(each["stages"][-1]["level"] for each in said["repetitions"]) for limit in (min, max)],
+        "level": said["level"],
         "drives": said["drives"],
         "collisions": len(said["collisions"]),
     }

@@ -3,15 +3,17 @@ import math
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from simulation_fakes import REPLAYED, ConstantPlanner, fakes, make_scene
+from splitting_toys import Walk
 
 from coverdrive.dialling import rare as rare_module
-from coverdrive.dialling.rare import CONTACT, Drive, Rare, again, danger, rare
+from coverdrive.dialling.rare import CONTACT, Drive, Rare, _ends, again, danger, rare
 from coverdrive.dialling.splitting import Path as Found
-from coverdrive.dialling.splitting import _Walk
+from coverdrive.dialling.splitting import _Walk, split
 from coverdrive.dialling.tape import Tape
 from coverdrive.errors import CertificateError, DataError, SettingError
 from coverdrive.league.beliefs import ConstantVelocity
@@ -160,29 +162,61 @@ def test_workers_find_the_same(tmp_path: Path):
     assert one.estimates == two.estimates
 
 
+def repetitions(*probabilities: float, ended: int = 0, level: float = 3.0) -> list[dict[str, Any]]:
+    """As many as there are probabilities; the first of them ended at a level, which is half as probable as 1 lower."""
+    rows = list[dict[str, Any]]()
+    for number, each in enumerate(probabilities):
+        came = [(level - 1, 2 * each), (level, each)] + ([] if number < ended else [(9.0, 1e-9)])
+        rows.append({"probability": each, "rarer": number < ended, "curve": came})
+    return rows
+
+
 def test_intervals():
-    row = {"drives": 1.0, "seconds": 1.0, "collisions": [], "rarer": False}
-    found = Rare(Path(), [row | {"probability": each} for each in (1e-5, 2e-5, 3e-5)])
-    assert found.probability == pytest.approx(2e-5)
+    found = Rare(Path(), repetitions(1e-5, 2e-5, 3e-5))
+    assert found.probability == pytest.approx(2e-5) and found.level is None
     assert found.standard_error == pytest.approx(1e-5 / math.sqrt(3))
     low, high = found.interval
     assert low * high == pytest.approx(found.probability**2) and high / low > 10
     assert "with probability 2e-05 (95" in found.sentence and found.sentence.endswith("3 independent repetitions.")
-    ended = Rare(Path(), [*found.repetitions[:2], found.repetitions[2] | {"rarer": True}])
+    ended = Rare(Path(), repetitions(1e-5, 2e-5, 3e-5, ended=1))
     assert ended.interval[0] < low and ended.interval[1] == high == pytest.approx(6.93e-5, rel=1e-3)
     assert "with probability less than 0.007 % (the upper end of a 95 % interval that" in ended.sentence
-    half = Rare(Path(), [row | {"probability": 1e-6}, row | {"probability": 1.9e-6, "rarer": True}])
+    assert "in 0.002 % of drives (standard error 29 %) the ego needs more than 3.00 m/s²" in ended.sentence
+    half = Rare(Path(), repetitions(1.9e-6, 1e-6, ended=1))
     assert half.interval[0] < 1.6e-12 and "that begins at 0.00000000015 %)" in half.sentence
     assert ended.sentence.endswith("of which 1 ended without a collision, below what was to be looked for.")
-    rarer = Rare(Path(), [each | {"rarer": True} for each in found.repetitions])
-    assert rarer.interval == (0.0, high)
-    assert "interval that begins at 0 %): 3 independent" in rarer.sentence and "error" not in rarer.sentence
-    alike = Rare(Path(), [row | {"probability": 0.1}] * 3)
+    rarer = Rare(Path(), repetitions(1e-5, 2e-5, 3e-5, ended=3))
+    assert rarer.interval == (0.0, high) and "interval that begins at 0 %)" in rarer.sentence
+    assert "by 3 independent" in rarer.sentence
+    alike = Rare(Path(), repetitions(0.1, 0.1, 0.1))
     assert alike.interval == (0.0, 1.0) and "probability 0.1 (95 % interval 0 to 1;" in alike.sentence
-    ended = Rare(Path(), [row | {"probability": 2**-20, "rarer": True}] * 3)  # by design: each halves as often
-    assert ended.interval == (0.0, 2**-20)
-    nothing = Rare(Path(), [row | {"probability": 0.0}] * 2)
+    nothing = Rare(Path(), repetitions(0.0, 0.0))
     assert nothing.interval == (0.0, 1.0) and "No collision was found" in nothing.sentence
+
+
+def test_repetitions_that_ended_are_compared_at_the_level_that_all_came_to():
+    """What each got to is as probable by design, and says nothing of how exact it is."""
+    first, second = repetitions(1e-6, ended=1), repetitions(1e-6, ended=1, level=4.0)
+    both = Rare(Path(), first + second)
+    assert both.level == 3.0 and both.estimates == [1e-6, 2e-6]
+    assert Rare(Path(), repetitions(1e-6, ended=1, level=2.5) + second).estimates == [1e-6, 1.0]
+
+
+@pytest.mark.slow
+def test_of_repetitions_that_end_early_the_interval_holds_the_truth():
+    """Negative control: at the level of each by itself the spread is nearly none, whatever the error is."""
+    inside, wrong, ratios, trials = 0, 0, list[float](), 25
+    for trial in range(trials):
+        ends = [split(Walk, np.random.default_rng((trial, each)), 9.0, 60, rarest=3e-3) for each in range(4)]
+        found = Rare(Path(), [each._asdict() for each in ends])
+        assert found.level
+        truth = Walk.probability(found.level)
+        inside += _ends(found.estimates)[0] < truth < found.interval[1]
+        low, high = _ends([each.probability for each in ends])
+        wrong += low < truth < high
+        ratios.append(found.probability / truth)
+    assert inside > 0.85 * trials and wrong < 0.3 * trials
+    assert abs(np.mean(ratios) - 1) < 3 * np.std(ratios) / math.sqrt(trials)
 
 
 def test_what_makes_no_sense_is_refused(tmp_path: Path):

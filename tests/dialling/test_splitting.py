@@ -136,6 +136,17 @@ def test_what_is_rarer_than_was_looked_for_is_bounded_from_above():
     assert not any(split(often, np.random.default_rng(each), barrier, 60, rarest=truth / 5).rarer for each in range(8))
 
 
+def test_the_curve_tells_how_probable_every_level_is():
+    found = [split(Walk, np.random.default_rng(each), 2.35, 60) for each in range(20)]
+    for each in found:
+        levels, shares = np.array(each.curve).T
+        assert (np.diff(levels) > 0).all() and (np.diff(shares) < 0).all()
+        assert shares[-1] == pytest.approx(each.probability) and levels[-1] < 2.35
+    for level in (0.5, 1.3, 2.1):
+        curves = [[1.0] + [share for at, share in each.curve if at <= level] for each in found]
+        assert apart(np.array([each[-1] for each in curves]), Walk.probability(level)) < 3
+
+
 def test_paths_that_all_end_alike_are_given_up_together():
     class Flat(Still):
         def __init__(self, tape):

@@ -12,6 +12,7 @@ import copy
 import json
 import math
 import time
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import ROUND_FLOOR
@@ -147,33 +148,39 @@ class Rare:
     """what came out of each, of which all are independent"""
 
     @property
+    def level(self) -> float | None:
+        """[m/s²] above which all repetitions came, where some ended without a collision; None if none did."""
+        return min((each["curve"][-1][0] for each in self.repetitions if each["rarer"]), default=None)
+
+    @property
     def estimates(self) -> list[float]:
-        """Of the probability, one of each repetition."""
-        return [each["probability"] for each in self.repetitions]
+        """Of the probability of a collision, or of getting above `level`, one of each repetition."""
+        level = self.level
+        return [each["probability"] if level is None else _above(each["curve"], level) for each in self.repetitions]
 
     @property
     def probability(self) -> float:
-        """That the ego touches another vehicle in a drive; more than that if some repetitions ended before."""
+        """That the ego touches another vehicle in a drive, or that it gets above `level`, which is more.
+
+        Estimates are unbiased at every level, and so at the first one at which a repetition ends.
+        """
         return float(np.mean(self.estimates))
 
     @property
     def standard_error(self) -> float:
-        """Of `probability`, from the spread of the repetitions; unknown for a collision's if some ended before."""
+        """Of `probability`, from the spread of the repetitions."""
         return _error(self.estimates)
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Of 95 %: Student's, of the logarithm by the delta method; all that there is if no collision was found.
+        """Of the probability of a collision, 95 %: Student's, of the logarithm by the delta method.
 
-        A repetition that ended before counts with what it got to in the upper end, and as 0 in the lower one, which is
-        0 where all ended so. With few particles the estimates are so skew that it ends too low: of two to eight
-        estimates that are lognormal, the truth is outside in 5 to 6 % of the cases if they spread by half their mean,
-        and in 6 to 10 % if they do by as much as their mean.
-        Estimates of a collision that are all equal tell nothing of how they spread.
+        Where repetitions ended before, the upper end is that of getting above `level`, and they count as 0 in the lower
+        one, which is 0 where all ended so. With few particles the estimates are so skew that it ends too low: of two to
+        eight estimates that are lognormal, the truth is outside in 5 to 6 % of the cases if they spread by half their
+        mean, and in 6 to 10 % if they do by as much as their mean. Estimates that are all equal tell nothing.
         """
         reached = [0.0 if each["rarer"] else each["probability"] for each in self.repetitions]
-        if any(reached) and np.ptp(reached) == 0:
-            return 0.0, 1.0
         return _ends(reached)[0], _ends(self.estimates)[1]
 
     @property
@@ -199,27 +206,33 @@ class Rare:
             return "No collision was found: take more particles, or drive where there are some."
         rarer = sum(each["rarer"] for each in self.repetitions)
         low = to_two_digits(low, ROUND_FLOOR)
+        error = f"standard error {100 * self.standard_error / self.probability:.0f} %"
         if rarer:
             return (
                 f"A drive has a collision with probability less than {at_most(high, 2)} (the upper end of a 95 % "
-                f"interval that begins at {percent(low, 2)}): {len(self.estimates)} independent repetitions, of which "
-                f"{rarer} ended without a collision, below what was to be looked for."
+                f"interval that begins at {percent(low, 2)}): in {percent(self.probability, 2)} of drives ({error}) "
+                f"the ego needs more than {self.level:.2f} m/s² to keep clear, by {len(self.estimates)} independent "
+                f"repetitions, of which {rarer} ended without a collision, below what was to be looked for."
             )
         return (
             f"A drive has a collision with probability {self.probability:.2g} (95 % interval "
-            f"{low:.2g} to {to_two_digits(high):.2g}; "
-            f"standard error {100 * self.standard_error / self.probability:.0f} %): {len(self.estimates)} independent "
-            "repetitions."
+            f"{low:.2g} to {to_two_digits(high):.2g}; {error}): {len(self.estimates)} independent repetitions."
         )
 
 
 def _ends(estimates: Sequence[float]) -> tuple[float, float]:
     """Ends of a 95 % interval of the mean of estimates."""
     mean = float(np.mean(estimates))
-    if mean == 0:
+    if np.ptp(estimates) == 0:
         return 0.0, 1.0
     reach = stdtrit(len(estimates) - 1, 0.975) * _error(estimates) / mean
     return mean * math.exp(-reach), min(1.0, mean * math.exp(reach))
+
+
+def _above(curve: Sequence[tuple[float, float]], level: float) -> float:
+    """How probable it is to get above a level, by the curve of a repetition."""
+    known = bisect_right([each for each, _ in curve], level)
+    return curve[known - 1][1] if known else 1.0
 
 
 def _error(estimates: Sequence[float]) -> float:
@@ -269,6 +282,7 @@ class _Repetitions:
             "probability": found.probability,
             "rarer": found.rarer,
             "stages": [each._asdict() for each in found.stages],
+            "curve": found.curve,
             "found": len(found.found),
             "ancestors": len(first),
             "drives": found.moments / self.setup.episode.steps + len(chosen),
@@ -295,7 +309,7 @@ class _Repetitions:
         except (OSError, ValueError):
             return None
         mine = {**self.mine, "repetition": repetition}
-        return row if isinstance(row, dict) and mine.items() <= row.items() else None
+        return row if isinstance(row, dict) and mine.items() <= row.items() and "curve" in row else None
 
 
 def rare(

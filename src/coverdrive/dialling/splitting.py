@@ -116,8 +116,10 @@ class Split(NamedTuple):
     """that a path reaches the target; 0 if none was found; if that is rarer than was looked for, that it gets above the
     last level, which is more"""
     stages: list[Stage]
+    curve: list[tuple[float, float]]
+    """levels in ascending order, and how probable it is to get above each"""
     found: list[Path]
-    """that reached it"""
+    """that reached the target"""
     moments: int
     """that all paths went together"""
     rarer: bool
@@ -148,16 +150,17 @@ def split(
             f"splitting needs at least 2 paths, some of them kept and some given up, and at least one change; got "
             f"{particles} paths, {kept} of them kept, {changes} changes; try 200 and 0.5"
         )
-    walk, probability, stages = _Walk(start, random), 1.0, list[Stage]()
+    walk, probability, stages, curve = _Walk(start, random), 1.0, list[Stage](), list[tuple[float, float]]()
     paths = [walk.first(number) for number in range(particles)]
     while (level := sorted(path.level for path in paths)[top - 1]) < target:
+        curve += _curve(paths, level, probability)
         above = [path for path in paths if path.level > level]
         probability *= len(above) / particles
         if not above:
-            return Split(0.0, stages, [], walk.moments, rarer=False)
+            return Split(0.0, stages, curve, [], walk.moments, rarer=False)
         if probability < rarest and max(path.level for path in above) < target:
             last = Stage(level, len(above) / particles, 1.0, len({path.ancestor for path in above}))
-            return Split(probability, [*stages, last], [], walk.moments, rarer=True)
+            return Split(probability, [*stages, last], curve, [], walk.moments, rarer=True)
         copies = [above[i] for i in random.integers(len(above), size=particles - len(above))]
         taken = 0
         for number, copy in enumerate(copies):
@@ -168,8 +171,15 @@ def split(
         paths = above + copies
         ancestors = len({path.ancestor for path in paths})
         stages.append(Stage(level, len(above) / particles, taken / (changes * len(copies)), ancestors))
+    curve += _curve(paths, np.nextafter(target, -math.inf), probability)
     found = [path for path in paths if path.level >= target]
-    return Split(probability * len(found) / particles, stages, found, walk.moments, rarer=False)
+    return Split(probability * len(found) / particles, stages, curve, found, walk.moments, rarer=False)
+
+
+def _curve(paths: list[Path], most: float, probability: float) -> list[tuple[float, float]]:
+    """Levels of paths up to one, and how probable it is to get above each where paths like these are so probable."""
+    levels = np.array([path.level for path in paths])
+    return [(float(each), probability * float(np.mean(levels > each))) for each in np.unique(levels[levels <= most])]
 
 
 class _Walk:

@@ -77,6 +77,7 @@ def rare(
     console.print(f"Drives with a collision: {kept}")
     return {
         "folder": str(folder),
+        "level": found.level,
         "probability": found.probability,
         "standard_error": found.standard_error,
         "interval": found.interval,
