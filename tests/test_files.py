@@ -1,5 +1,6 @@
 """Names of files."""
 
+import errno
 import math
 import os
 from pathlib import Path
@@ -34,3 +35,12 @@ def test_names_may_be_any_bytes(tmp_path: Path) -> None:
         "table.csv": b"number\n1\n",
         "page.html": b"b?tes",
     }
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a disk that is always full")
+def test_a_full_disk_is_told_with_the_file_and_the_reason(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Path, "write_bytes", lambda *_: full.write(b"x" * 10**6))
+    with Path("/dev/full").open("wb", buffering=0) as full, pytest.raises(OSError) as raised:
+        write_stream(tmp_path / "table.csv", pl.DataFrame({"number": [1]}).write_csv)
+    assert (raised.value.errno, raised.value.filename) == (errno.ENOSPC, str(tmp_path / "table.csv"))
+    assert not list(tmp_path.iterdir())

@@ -3,6 +3,7 @@
 import json
 import os
 from collections.abc import Callable, Mapping
+from io import BytesIO
 from pathlib import Path
 from typing import IO, Any
 
@@ -21,18 +22,22 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
     try:
         write(temporary)
         temporary.replace(path)
+    except OSError as error:
+        if error.errno:  # a full disk names no file, and nobody knows the temporary name
+            error.filename, error.filename2 = str(path), None
+        raise
     finally:
         temporary.unlink(missing_ok=True)
 
 
 def write_stream(path: Path, write: Callable[[IO[bytes]], object]) -> None:
-    """Write a file atomically by what takes an open one; names may be any bytes, of which polars knows only UTF-8."""
+    """Write a file atomically by what takes an open one.
 
-    def to(temporary: Path) -> None:
-        with temporary.open("wb") as file:
-            write(file)
-
-    write_atomically(path, to)
+    That is one in memory: polars knows only names in UTF-8, and does not say as the system does why it cannot write.
+    """
+    content = BytesIO()
+    write(content)
+    write_atomically(path, lambda file: file.write_bytes(content.getbuffer()))
 
 
 def write_text(path: Path, text: str) -> None:
