@@ -251,6 +251,17 @@ def test_a_refused_certificate_leaves_nothing_behind(quick_run: Path, tmp_path: 
     assert [path.name for path in tmp_path.iterdir()] == ["strict.toml"]
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a disk that is always full")
+def test_a_disk_without_room_is_told_before_anything_is_learned(
+    quick_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("coverdrive.prediction.fit.fit", lambda *_: pytest.fail("it learns"))
+    with Path("/dev/full").open("wb", buffering=0) as full:
+        monkeypatch.setattr("coverdrive.cli.learning.fit.TemporaryFile", lambda dir: full)
+        printed = coverdrive("fit", "--config", quick_run / "quick.toml", "--out", tmp_path / "out", status=2)
+    assert "No space left on device; make room" in printed and not list(tmp_path.iterdir())
+
+
 COMMANDS = [name for name in app if not name.startswith("-")]
 
 

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from coverdrive.results import Results
     from coverdrive.simulation.roads.places import Place
 
+_ROOM = 2**24
+"""[bytes] that have to be free for a fit"""
+
 
 @Parameter(name="*")
 @dataclass(frozen=True)
@@ -142,8 +145,9 @@ def fit_and_print(learning: Learning, results: "Results", **parts: Any) -> "Fit"
             experiment = learning.experiment(road=named and named.parts, usual=usual, **parts)
         with alone(results.folder):
             results.folder.mkdir(parents=True, exist_ok=True)
-            TemporaryFile(dir=results.folder).close()  # fails before hours of learning, if ever
             try:
+                with TemporaryFile(dir=results.folder) as file:
+                    file.write(bytes(_ROOM))  # fails before hours of learning, if ever
                 result = fit(recordings, experiment.prediction, experiment.seed)
             except BaseException:
                 with suppress(OSError):
