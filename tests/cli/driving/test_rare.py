@@ -41,3 +41,12 @@ def test_the_folder_of_collisions_is_named_where_there_are_some(
     printed = coverdrive("rare", quick_fit, "--out", tmp_path, only="stdout")
     assert f"Drives with a collision{said}" in printed
     assert (str(tmp_path / "collisions") in printed) == bool(names)
+
+
+def test_who_stops_it_is_told_what_is_kept(quick_fit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stopped(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("coverdrive.dialling.rare.rare", stopped)
+    said = coverdrive("rare", quick_fit, "--out", tmp_path, status=130)
+    assert "stopped; finished repetitions are kept" in said

@@ -65,7 +65,7 @@ def rare(
     experiment = driven.experiment(results, settings, workers=workers)
     study = driven.study(results, experiment)
     setup, folder = study.setup, out or results.folder / study.folder.name.replace(STUDY, RARE, 1)
-    with stages():
+    with stages(kept="finished repetitions"):
         found = estimate(
             setup, folder, particles=particles, rarest=down_to, repetitions=repetitions,
             workers=processes(experiment.study),
