@@ -37,7 +37,11 @@ def file_and_file(number: int, first: str, second: str) -> OSError:
 
 ENDINGS = [
     (SettingError("study.trials: too many"), 2, "error: study.trials: too many"),
-    (system(errno.EACCES, "a.csv"), 2, "error: a.csv: Permission denied; ask for the permission"),
+    (
+        system(errno.EACCES, "a.csv"),
+        2,
+        "error: a.csv: Permission denied; ask for the permission, or name another folder, or a copy",
+    ),
     (
         system(errno.EROFS, "out"),
         2,

@@ -23,11 +23,11 @@ from coverdrive.errors import CoverdriveError, blamed
 _CLOSED_OUTPUT = 141
 
 _REMEDIES = {
-    errno.ENOSPC: "make room, or name a folder on another disk with --out; finished trials of a study are kept",
-    errno.EDQUOT: "make room, or name a folder on another disk with --out; finished trials of a study are kept",
-    errno.EACCES: "ask for the permission, or name another folder with --out",
-    errno.EPERM: "ask for the permission, or name another folder with --out",
-    errno.EROFS: "name a folder that you can write to with --out",
+    errno.ENOSPC: "make room, or name a folder on another disk; finished trials of a study are kept",
+    errno.EDQUOT: "make room, or name a folder on another disk; finished trials of a study are kept",
+    errno.EACCES: "ask for the permission, or name another folder, or a copy of this one",
+    errno.EPERM: "ask for the permission, or name another folder, or a copy of this one",
+    errno.EROFS: "name a folder that you can write to, or a copy of this one there",
     errno.ENAMETOOLONG: "take a shorter name",
     errno.ENOTDIR: "a part of this path is a file; name another folder",
     errno.EMFILE: "allow more open files with `ulimit -n`, or take fewer --workers",
