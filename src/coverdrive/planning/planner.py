@@ -21,7 +21,7 @@ from coverdrive.planning.problem.constants import Constants, constants_of
 from coverdrive.planning.problem.road_table import RoadTable, table_of
 from coverdrive.planning.problem.rollout import after_step
 from coverdrive.planning.problem.settings import ProblemSettings
-from coverdrive.planning.problem.tree import held_on
+from coverdrive.planning.problem.tree import held_on, shift_of
 from coverdrive.planning.problem.vehicle import SLOW, slow
 from coverdrive.planning.rules.ego_state import assumed_state, continued, plausible
 from coverdrive.planning.rules.follower import without_follower
@@ -103,8 +103,6 @@ class Call(NamedTuple):
     """where the ego is taken to be"""
     road: Road
     wish: Wish
-    speed: float
-    """[m/s] that is wanted"""
     manners: MannersSettings
     constants: Constants
     """of the problem: calm, hurried or slow"""
@@ -194,6 +192,7 @@ class MpcPlanner:
         self._calm, self._hurried = constants_of(problem, period), constants_of(hurried, period)
         self._road: Road | None = None
         self._slow: tuple[Constants, RoadTable] | None = None
+        self._shift = shift_of(self._calm.tree, period, problem.dt)
         self._held_on = held_on(problem.steps, period, problem.dt)
         self._memory: _Memory | None = None
         self._applied = np.zeros(2)  # acceleration [m/s²] and yaw rate [rad/s] since the last call
@@ -235,12 +234,11 @@ class MpcPlanner:
             measured, unknown = assumed_state(measured, believed, problem.vehicle, road), np.inf
         paths, complete = self._paths.completed(paths, self._period)
         searching = complete and unknown <= self.settings.grace + _ROUNDING
-        speed = problem.cost.reference_speed if wish.speed is None else wish.speed
-        manners, constants = self.settings.manners, self._hurried if wish.urgent else self._calm
-        call = Call(measured, road, wish, speed, manners, constants, self._table, False, begun)
-        if measured[2] < SLOW and manners.like != "paper":
+        manners, constants, table = self.settings.manners, self._hurried if wish.urgent else self._calm, self._table
+        slowly = bool(measured[2] < SLOW and manners.like != "paper")
+        if slowly:
             constants, table = self._slowly(road)
-            call = call._replace(constants=constants, table=table, slow=True)
+        call = Call(measured, road, wish, manners, constants, table, slowly, begun)
         found, targets, status = self._decide(call, paths, searching)
         plan = self._plan_of(call, found, status if known and complete else Status.INVALID_INPUT)
         self._remember(call, found, targets, plan, unknown)
@@ -290,7 +288,8 @@ class MpcPlanner:
         targets = target_lanes(state, road, horizon)
         if call.wish.urgent or call.wish.away(targets.lanes[:1]).any():
             call = call._replace(manners=NONE)
-        lost = leaders.lost(targets.lasting, call.speed, horizon, horizon + settings.leaders.foresight)
+        speed = settings.problem.cost.reference_speed if call.wish.speed is None else call.wish.speed
+        lost = leaders.lost(targets.lasting, speed, horizon, horizon + settings.leaders.foresight)
         targets = targets._replace(lost=lost)
         own = targets._replace(lanes=targets.lanes[:1], lat=targets.lat[:1])
         if call.slow:
@@ -372,16 +371,12 @@ class MpcPlanner:
 
     def _extra(self, wish: Wish, targets: TargetLanes, held: int) -> Float[np.ndarray, " L"]:
         """What each target lane costs besides its plan, given the lane that the last plan aimed at."""
-        settings, per_lost = self.settings, self.settings.problem.cost.speed / self.settings.problem.dt
-        lasting, lost, away = (each.tolist() for each in (targets.lasting, targets.lost, wish.away(targets.lanes)))
-        return np.array(
-            [
-                settings.lane_change * (lane != held)
-                + settings.lane_end * (not lasting[lane])
-                + per_lost * lost[lane]
-                + _WISHED_LANE * lanes
-                for lane, lanes in zip(targets.lanes, away, strict=True)
-            ]
+        settings, lanes = self.settings, np.array(targets.lanes)
+        return (
+            settings.lane_change * (lanes != held)
+            + settings.lane_end * ~targets.lasting[lanes]
+            + settings.problem.cost.speed / settings.problem.dt * targets.lost[lanes]
+            + _WISHED_LANE * wish.away(targets.lanes)
         )
 
     def _braking(self, call: Call, paths: PredictedPaths, own: TargetLanes) -> _Found:
@@ -427,9 +422,8 @@ class MpcPlanner:
 
     def _remember(self, call: Call, found: _Found, targets: TargetLanes, plan: Plan, unknown: float) -> None:
         """Keep what the next call needs."""
-        constants, chosen = call.constants, found.plans.inputs[found.chosen]
-        inputs = {lane: constants.shift @ each for lane, each in zip(targets.lanes, found.best, strict=True)}
-        rest = self._held_on @ chosen[constants.tree.fail_safe]
+        inputs = {lane: self._shift @ each for lane, each in zip(targets.lanes, found.best, strict=True)}
+        rest = self._held_on @ found.plans.inputs[found.chosen, call.constants.tree.fail_safe]
         self._applied = plan.applied(self._period)
         after = np.array(after_step(tuple(call.state.tolist()), tuple(self._applied.tolist()), self._period))
         lane = targets.lanes[int(found.plans.lane[found.chosen])]

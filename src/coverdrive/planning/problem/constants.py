@@ -4,16 +4,13 @@ from collections import namedtuple
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
 
 from coverdrive.compiled import lent
 from coverdrive.planning.problem.obstacles import ObstacleSettings
 from coverdrive.planning.problem.settings import ProblemSettings
-from coverdrive.planning.problem.tree import Tree, shift_of, tree_of
+from coverdrive.planning.problem.tree import Tree, begun, tree_of
 from coverdrive.planning.problem.vehicle import VehicleSettings
 
-_ROUNDING = 1e-9
-"""of a number of steps"""
 Vehicle: Any = namedtuple("Vehicle", [*VehicleSettings.model_fields, "sharpest", "braking"])  # pyright: ignore
 """the fields of `VehicleSettings`, the tangent of the largest steering angle, and the deceleration that is sure"""
 Shape: Any = namedtuple("Shape", ObstacleSettings.model_fields)  # pyright: ignore[reportUntypedNamedTuple]
@@ -40,14 +37,11 @@ class Constants(NamedTuple):
     """steps that begin until then: their inputs are one, as that is what will be driven"""
     tree: Tree
     """the steps of a plan, and what they cost"""
-    shift: Float[np.ndarray, "N N"]
-    """the map from a plan's inputs to those that the next plan starts from"""
 
 
 def constants_of(problem: ProblemSettings, period: float) -> Constants:
     """The constants of a problem that is posed anew every ``period`` [s]."""
     shared = problem.branches.shared(period, problem.steps, problem.dt)
-    tree = tree_of(problem.cost, problem.branches, shared, problem.steps, problem.dt)
     return Constants(
         steps=problem.steps,
         dt=problem.dt,
@@ -55,9 +49,8 @@ def constants_of(problem: ProblemSettings, period: float) -> Constants:
         shape=Shape(**problem.obstacles.model_dump()),
         inflation=problem.obstacles.inflation,
         period=period,
-        held=min(max(int(np.ceil(period / problem.dt - _ROUNDING)), 1), problem.steps),
-        tree=tree,
-        shift=shift_of(tree, period, problem.dt),
+        held=begun(period, problem.steps, problem.dt),
+        tree=tree_of(problem.cost, problem.branches, shared, problem.steps, problem.dt),
     )
 
 

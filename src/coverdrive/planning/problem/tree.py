@@ -15,6 +15,9 @@ from pydantic import Field
 from coverdrive.planning.problem.cost import CostSettings
 from coverdrive.settings import Settings
 
+_ROUNDING = 1e-9
+"""of a number of steps"""
+
 
 class BranchSettings(Settings):
     """How the two branches of a plan differ."""
@@ -30,8 +33,12 @@ class BranchSettings(Settings):
 
     def shared(self, period: float, steps: int, dt: float) -> int:
         """How many of K ``steps`` of ``dt`` [s] the branches share, for a ``period`` [s] from one plan to the next."""
-        common = int(np.ceil((period + self.latency) / dt - 1e-9))
-        return min(max(common, 1), steps) if self.fail_safe else steps
+        return begun(period + self.latency, steps, dt) if self.fail_safe else steps
+
+
+def begun(time: float, steps: int, dt: float) -> int:
+    """How many of K ``steps`` of ``dt`` [s] begin before a time [s]; at least one."""
+    return min(max(int(np.ceil(time / dt - _ROUNDING)), 1), steps)
 
 
 class Tree(NamedTuple):

@@ -142,8 +142,7 @@ def _begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Consta
         write_manoeuvre(plans, i, lanes[lane], lane, lanes[lane], acceleration, 1.0, 1, around, constants)
     for n in range(len(tree.parent)):
         write(plans.inputs[guesses, n], wanted.rest[tree.moment[n] - 1])
-    plans.lane[guesses] = wanted.held
-    plans.targets[guesses, 0] = plans.targets[guesses, 1] = lanes[wanted.held]
+    aim(plans, guesses, wanted.held, lanes[wanted.held])
     evaluate(plans, guesses, guesses + 1, around, constants)
     allowed = _allowed_departure(plans, guesses + 1)
     safest, least = 0, np.inf
