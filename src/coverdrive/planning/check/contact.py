@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from coverdrive.compiled import compiled
 from coverdrive.planning.problem.constants import Constants
-from coverdrive.planning.problem.obstacles import FAR, TINY, own_half_sizes
+from coverdrive.planning.problem.obstacles import BRAKE_TO, FALL, FAR, TINY, own_half_sizes
 from coverdrive.road_ahead import State
 
 KINK = 0.01
@@ -27,8 +27,8 @@ Box = tuple[float, float, float, float, float, float]
 @compiled
 def box_of(boxes: Float[np.ndarray, "7 P n"], moment: int, slot: int) -> Box:
     """A box at a moment."""
-    lon, lat, speed = boxes[0, moment, slot], boxes[1, moment, slot], boxes[4, moment, slot]
-    return lon, lat, boxes[2, moment, slot], boxes[3, moment, slot], speed, boxes[5, moment, slot]
+    lon, lat, speed = boxes[0, moment, slot], boxes[1, moment, slot], boxes[BRAKE_TO, moment, slot]
+    return lon, lat, boxes[2, moment, slot], boxes[3, moment, slot], speed, boxes[FALL, moment, slot]
 
 
 @compiled

@@ -17,6 +17,7 @@ from coverdrive.planning.check.contact import box_between, box_excess, box_of, h
 from coverdrive.planning.check.merit import input_at, merit_of
 from coverdrive.planning.check.sweep import NEVER, contact_at, impact, impact_beyond, may_touch, reach, write_edges
 from coverdrive.planning.problem.constants import Constants
+from coverdrive.planning.problem.obstacles import LIKELIHOOD
 from coverdrive.planning.problem.rollout import after_step, rollout_of, state_at, write
 from coverdrive.planning.problem.vehicle import within_limits
 from coverdrive.planning.surroundings import Surroundings
@@ -181,7 +182,7 @@ def complete(plans: Plans, i: int, around: Surroundings, constants: Constants) -
                 start, applied = state_at(states, 0, states[0]), (inputs[0, 0], inputs[0, 1])
                 later = impact(start, applied, 1.0, boxes, 0, slot, constants.dt)
                 time, speed = 1.0, -later if speed < 0 else later
-            contact = boxes[6, 0, slot] * _harm_of(time / steps, speed)
+            contact = boxes[LIKELIHOOD, 0, slot] * _harm_of(time / steps, speed)
             harm, expected = harm + share * contact, expected + likely * contact
     plans.departure[i], plans.severity[i], plans.harm[i], plans.expected[i] = departure, severity, harm, expected
     plans.clear[i] = departure == 0 and not touching

@@ -15,6 +15,7 @@ from coverdrive.compiled import compiled
 from coverdrive.planning.check.contact import MOST_PARTS, box_between, box_excess, box_of, parts_of, smooth_half_sizes
 from coverdrive.planning.problem.constants import Constants
 from coverdrive.planning.problem.cost import OFF_ROAD
+from coverdrive.planning.problem.obstacles import LIKELIHOOD
 from coverdrive.planning.problem.rollout import Rollout, after_step, rolled, state_at, write
 from coverdrive.planning.problem.vehicle import accelerations, yaw_rates
 from coverdrive.planning.surroundings import Surroundings
@@ -195,7 +196,7 @@ def _boxes(
     along, across = 2 * rollout.way[n, 0, 0], 2 * rollout.way[n, 1, 0]
     way = state[2] * along, state[2] * across
     for slot in range(boxes.shape[2]):
-        weight = constants.tree.slack[n] * (1.0 if constants.tree.careful[n] else boxes[6, moment, slot])
+        weight = constants.tree.slack[n] * (1.0 if constants.tree.careful[n] else boxes[LIKELIHOOD, moment, slot])
         value, by = box_excess(state, own, box_of(boxes, moment, slot), _IN_VIEW, constants)
         if value > -_IN_VIEW:
             count = _append(seen, count, n, value, by, weight)

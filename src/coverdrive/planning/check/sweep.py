@@ -27,6 +27,7 @@ from coverdrive.compiled import compiled
 from coverdrive.geometry import turned_extents
 from coverdrive.planning.check.contact import half_sizes_of
 from coverdrive.planning.problem.constants import Constants
+from coverdrive.planning.problem.obstacles import BRAKE_TO, FALL
 from coverdrive.planning.problem.rollout import after_step
 from coverdrive.road_ahead import State
 
@@ -78,7 +79,7 @@ def may_touch(edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "7 P n
 
     Args:
         edges: of the body.
-        boxes: lon, lat, half length, half width [m], speed, deceleration and likelihood of the boxes.
+        boxes: as of `coverdrive.planning.problem.obstacles.obstacles_of`.
         step: index of the step, from 0.
         slot: index of the box.
     """
@@ -109,7 +110,7 @@ def contact_at(
     Args:
         state: at the start of the step.
         applied: acceleration [m/s²] and yaw rate [rad/s] during the step.
-        boxes: lon, lat, half length, half width [m], speed, deceleration and likelihood of the boxes.
+        boxes: as of `may_touch`.
         step: index of the step, from 0.
         slot: index of the box.
         grown: share of what the box has grown since the start of the plan: 1 for all of it, 0 for the body alone.
@@ -190,18 +191,17 @@ def impact_beyond(
     Args:
         state: of the ego at the end of the plan; it goes straight on, braking.
         edges: rear, right, front and left edge [m] of its body then.
-        boxes: with the speed [m/s] to brake to, and its fall [m/s²].
+        boxes: as of `may_touch`.
         slot: index of the box.
         braking: [m/s²] its deceleration.
     """
-    faster = state[2] - boxes[4, -1, slot]
+    other, fall = boxes[BRAKE_TO, -1, slot], min(boxes[FALL, -1, slot], braking)
+    faster, harder = state[2] - other, braking - fall
     way = boxes[0, -1, slot] - boxes[2, -1, slot] - edges[2]
     lat, half = boxes[1, -1, slot], boxes[3, -1, slot]
     if faster <= 0 or way < 0 or edges[1] >= lat + half or edges[3] <= lat - half:
         return -1.0
-    fall = min(boxes[5, -1, slot], braking)
-    harder = braking - fall
     left = faster**2 - 2 * harder * way
-    if faster * fall > boxes[4, -1, slot] * harder:  # it is faster until the other one stands, and maybe after that
-        left = min(left, state[2] ** 2 - 2 * braking * (way + boxes[4, -1, slot] ** 2 / (2 * fall)))
+    if faster * fall > other * harder:  # it is faster until the other one stands, and maybe after that
+        left = min(left, state[2] ** 2 - 2 * braking * (way + other**2 / (2 * fall)))
     return np.sqrt(left) if left > 0 else -1.0

@@ -27,8 +27,12 @@ TINY = 1e-12
 """keeps the root differentiable at the centre"""
 _MARGIN = 1.1
 """how much nearer than to this share of touching no motion comes to a path that is left out"""
+BRAKE_TO, FALL, LIKELIHOOD = 4, 5, 6
+"""rows of boxes, after lon, lat [m] of their centres, half length and half width [m]: the speed [m/s] that the ego must
+be able to brake to after this moment, the deceleration [m/s²] at which that falls on, and how likely the vehicle is to
+take this path"""
 FAR = 1e5
-"""[m] ahead: where the boxes of free slots are; [m/s]: a speed that no car has to brake to"""
+"""[m/s] a speed that no car has to brake to"""
 
 
 class ObstacleSettings(Settings):
@@ -123,9 +127,7 @@ def obstacles_of(
         settings: whether the end of the plan must leave the way to brake.
 
     Returns:
-        lon, lat [m] of their centres, half length, half width [m], the speed [m/s] that the ego must be able to brake
-        to after this moment and the deceleration [m/s²] at which that falls on, and how likely the vehicle is to take
-        this path; and which paths are the likeliest of their vehicles.
+        The boxes, with rows as `BRAKE_TO` says; and which paths are the likeliest of their vehicles.
     """
     boxes, likeliest = np.empty((7, paths.points.shape[1], len(paths))), np.zeros(len(paths), dtype=bool)
     weight = np.ones(len(paths)) if paths.weight is None else np.maximum(paths.weight, TINY)
@@ -147,12 +149,12 @@ def _write_boxes(
         for k in range(last + 1):
             for axis in range(2):
                 boxes[axis, k, i], boxes[2 + axis, k, i] = points[i, k, axis], half_sizes[i, k, axis]
-            boxes[4, k, i], boxes[5, k, i], boxes[6, k, i] = FAR, 0.0, likelihood[i]
+            boxes[BRAKE_TO, k, i], boxes[FALL, k, i], boxes[LIKELIHOOD, k, i] = FAR, 0.0, likelihood[i]
         if braking:
             before = (points[i, last - 1, 0] - points[i, max(last - 2, 0), 0]) / dt
             speed = (points[i, last, 0] - points[i, last - 1, 0]) / dt
             fall = max(0.0, before - speed)
-            boxes[4, last, i], boxes[5, last, i] = max(0.0, speed - fall / 2), fall / dt
+            boxes[BRAKE_TO, last, i], boxes[FALL, last, i] = max(0.0, speed - fall / 2), fall / dt
 
 
 @compiled
@@ -181,7 +183,7 @@ def shrink_tubes(boxes: Float[np.ndarray, "7 P n"], share: float) -> None:
     """Let boxes grow from now on by a share of what they do, and be all that is to be kept clear of."""
     now = boxes[2:4, :1]
     boxes[2:4] = now + share * (boxes[2:4] - now)
-    boxes[6] = 1.0
+    boxes[LIKELIHOOD] = 1.0
 
 
 def reachable(
@@ -242,7 +244,7 @@ def _mark_near(
         was_ahead = was_behind = False
         for k in range(len(low)):
             lon, reach = boxes[0, k, slot], boxes[2, k, slot] + half_length
-            way = brake if boxes[4, k, slot] < FAR else 0.0
+            way = brake if boxes[BRAKE_TO, k, slot] < FAR else 0.0
             room = _MARGIN * inflation * reach + (inflation - 1) * way
             ahead, behind = lon >= high[k] + room + way, lon <= low[k] - room
             near[slot] |= not ((ahead and (was_ahead or k == 0)) or (behind and (was_behind or k == 0)))

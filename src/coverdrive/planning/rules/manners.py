@@ -18,7 +18,7 @@ from jaxtyping import Bool, Float
 from pydantic import Field
 
 from coverdrive.compiled import compiled
-from coverdrive.planning.problem.obstacles import FAR
+from coverdrive.planning.problem.obstacles import BRAKE_TO, FALL, FAR, LIKELIHOOD
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.settings import Settings
 
@@ -117,6 +117,6 @@ def _widen(
                 reach = min(reach, max((boxes[0, k, i] - eased) / inflation - boxes[2, k, i] - length / 2, 0.0))
             boxes[2, k, i] += reach
             boxes[3, k, i] += beside
-            boxes[4, k, i], boxes[5, k, i] = FAR, 0.0
+            boxes[BRAKE_TO, k, i], boxes[FALL, k, i] = FAR, 0.0
             if k > 0:
-                boxes[6, k, i] = _WEIGHT / slack[k - 1] if slack[k - 1] > 0 else 0.0
+                boxes[LIKELIHOOD, k, i] = _WEIGHT / slack[k - 1] if slack[k - 1] > 0 else 0.0

@@ -15,7 +15,7 @@ from coverdrive.plan import Plan, Status
 from coverdrive.planning.check.evaluate import first_contact
 from coverdrive.planning.check.sweep import write_edges
 from coverdrive.planning.problem.constants import Constants, constants_of
-from coverdrive.planning.problem.obstacles import FAR
+from coverdrive.planning.problem.obstacles import BRAKE_TO, FAR
 from coverdrive.planning.problem.road_table import RoadTable, on_road, table_of
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.problem.vehicle import VehicleSettings
@@ -94,7 +94,7 @@ def first_contacts(plan: Plan, paths: PredictedPaths, road: Road, length: float,
     states, boxes, edges = plan.held - start, np.zeros((7, steps + 1, len(paths))), np.empty((steps, 2, 4))
     half_sizes = on_road(paths, float(plan.held[0, 0]), table).half_sizes[: len(paths)]  # after these, where lanes end
     boxes[:2], boxes[2:4] = (paths.points - start[:2]).T, half_sizes.T
-    boxes[4] = FAR  # what comes after the end is not looked at
+    boxes[BRAKE_TO] = FAR  # what comes after the end is not looked at
     inputs = np.diff(states[:, 2:], axis=0) / plan.dt
     write_edges(states, inputs, edges, constants)
     found = [first_contact(states, inputs, edges, slot, 1.0, 0.0, boxes, constants) for slot in range(len(paths))]
