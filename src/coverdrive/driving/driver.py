@@ -104,12 +104,10 @@ class Driver:
         elif unknown := [name for name in wishes if isinstance(planner, MpcPlanner) or name not in ("length", "width")]:
             raise SettingError(f"{', '.join(unknown)} can be said of our planner only; tell yours when you make it")
         self.planner: Planner = planner
-        self.period = period
-        self._predictor, own = predictor, planner.settings if isinstance(planner, MpcPlanner) else None
-        settings = own or adapted(PlannerSettings(), **wishes)
+        self.period, self._predictor = period, predictor
+        settings = planner.settings if isinstance(planner, MpcPlanner) else adapted(PlannerSettings(grace=0), **wishes)
         self._vehicle = settings.problem.vehicle
-        grace = own.grace if own else 0.0
-        forget = max(grace, planner.dt * planner.steps)
+        forget = max(settings.grace, planner.dt * planner.steps)
         size = self._vehicle.length, self._vehicle.width
         self._perception = Perception(size, period, forget, smoothing or SmoothingSettings())
         self.reset()

@@ -87,7 +87,7 @@ def told(state: Any, shape: Any) -> Told:
     for name in ("position", "orientation", "velocity"):
         if getattr(state, name, None) is None:
             raise DataError(f"an obstacle has no {name} at time step {state.time_step}; give it one, or leave it out")
-    speed, heading = (float(np.mean(numbers_of(getattr(state, name)))) for name in ("velocity", "orientation"))
+    speed, heading = (float(np.mean(numbers_of(getattr(state, name)))) for name in _MOTION)
     place, exact = state.position, isinstance(state.position, np.ndarray) and not hasattr(state.orientation, "start")
     if exact and hasattr(shape, "radius"):
         size = (2 * shape.radius, 2 * shape.radius)
