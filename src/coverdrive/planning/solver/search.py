@@ -197,12 +197,14 @@ def _go_on(
     first = len(wanted.lanes) * len(wanted.accelerations) + 1
     if plans.clear[:first].any():
         return _descended(plans, wanted, iterations, tolerance, around, constants), False
-    soon = 0
-    for trial in range(0 if giving_up else 1, 2):
-        soon = _HOPELESS if trial == 0 else min(iterations, _HOPELESS)
-        arrived = _descended(plans, wanted, soon, tolerance, around, constants)
-        if _hopeless(plans, wanted, around, constants) or (arrived and trial == 1):
-            return True, trial == 0
+    if giving_up:
+        _descended(plans, wanted, _HOPELESS, tolerance, around, constants)
+        if _hopeless(plans, wanted, around, constants):
+            return True, True
+    soon = min(iterations, _HOPELESS)
+    arrived = _descended(plans, wanted, soon, tolerance, around, constants)
+    if _hopeless(plans, wanted, around, constants) or arrived:
+        return True, False
     return _descended(plans, wanted, iterations - soon, tolerance, around, constants), False
 
 
