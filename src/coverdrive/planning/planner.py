@@ -196,7 +196,7 @@ class MpcPlanner:
         self._held_on = held_on(problem.steps, period, problem.dt)
         self._memory: _Memory | None = None
         self._applied = np.zeros(2)  # acceleration [m/s²] and yaw rate [rad/s] since the last call
-        self._paths = PathMemory(self.settings.grace)
+        self._paths = PathMemory(self.settings.grace, period)
 
     def plan(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, wish: Wish = NO_WISH) -> Plan:
         """Plan from a state against every predicted path.
@@ -232,7 +232,7 @@ class MpcPlanner:
             measured, unknown = memory.state, memory.unknown + self._period
         elif not known:
             measured, unknown = assumed_state(measured, believed, problem.vehicle, road), np.inf
-        paths, complete = self._paths.completed(paths, self._period)
+        paths, complete = self._paths.completed(paths)
         searching = complete and unknown <= self.settings.grace + _ROUNDING
         manners, constants, table = self.settings.manners, self._hurried if wish.urgent else self._calm, self._table
         slowly = bool(measured[2] < SLOW and manners.like != "paper")
@@ -265,7 +265,7 @@ class MpcPlanner:
         """Make the table of a road, if it is another one than before, and forget what is in the frame of that."""
         if road is not self._road:
             if self._road is not None and not road.same(self._road):
-                self._memory, self._paths = None, PathMemory(self.settings.grace)
+                self._memory, self._paths = None, PathMemory(self.settings.grace, self._period)
             self._table, self._road, self._slow = table_of(road, self.settings.problem), road, None
             vehicle = self._table.vehicle
             self._calm, self._hurried = (each._replace(vehicle=vehicle) for each in (self._calm, self._hurried))
@@ -276,7 +276,7 @@ class MpcPlanner:
         """Whether the ego has not jumped; where all others have jumped with it, the origin has moved."""
         if continued(state, expected, self._period):
             return True
-        offset = np.concatenate([self._paths.shift(paths, self._period), np.zeros(2)])
+        offset = np.concatenate([self._paths.shift(paths), np.zeros(2)])
         return continued(state - offset, expected, self._period)
 
     def _decide(self, call: Call, paths: PredictedPaths, searching: bool) -> tuple[_Found, TargetLanes, Status]:
@@ -371,12 +371,16 @@ class MpcPlanner:
 
     def _extra(self, wish: Wish, targets: TargetLanes, held: int) -> Float[np.ndarray, " L"]:
         """What each target lane costs besides its plan, given the lane that the last plan aimed at."""
-        settings, lanes = self.settings, np.array(targets.lanes)
-        return (
-            settings.lane_change * (lanes != held)
-            + settings.lane_end * ~targets.lasting[lanes]
-            + settings.problem.cost.speed / settings.problem.dt * targets.lost[lanes]
-            + _WISHED_LANE * wish.away(targets.lanes)
+        settings, per_lost = self.settings, self.settings.problem.cost.speed / self.settings.problem.dt
+        lasting, lost, away = (each.tolist() for each in (targets.lasting, targets.lost, wish.away(targets.lanes)))
+        return np.array(
+            [
+                settings.lane_change * (lane != held)
+                + settings.lane_end * (not lasting[lane])
+                + per_lost * lost[lane]
+                + _WISHED_LANE * lanes
+                for lane, lanes in zip(targets.lanes, away, strict=True)
+            ]
         )
 
     def _braking(self, call: Call, paths: PredictedPaths, own: TargetLanes) -> _Found:

@@ -13,18 +13,14 @@ _FASTEST = 150.0
 class PathMemory:
     """Remembers every vehicle's last predicted paths."""
 
-    def __init__(self, grace: float):
-        """Keep the paths of a vehicle for ``grace`` [s] after it was last seen."""
-        self._grace = grace
+    def __init__(self, grace: float, period: float):
+        """Keep the paths of a vehicle for ``grace`` [s] after it was last seen; a call comes every ``period`` [s]."""
+        self._grace, self._period = grace, period
         self._last: PredictedPaths | None = None
         self._ages: dict[int, float] = {}
 
-    def completed(self, paths: PredictedPaths, elapsed: float) -> tuple[PredictedPaths, bool]:
-        """The paths, with those of vehicles that vanished or whose numbers cannot be true taken from memory.
-
-        Args:
-            paths: predicted now.
-            elapsed: [s] since the last call.
+    def completed(self, paths: PredictedPaths) -> tuple[PredictedPaths, bool]:
+        """The paths of now, with those of vehicles that vanished or whose numbers cannot be true taken from memory.
 
         Returns:
             The paths, all finite, and whether every vehicle among ``paths`` is represented.
@@ -37,24 +33,19 @@ class PathMemory:
             broken = set(paths.vehicle[~possible].tolist())
             paths = paths.of(~np.isin(paths.vehicle, list(broken)))
         seen = set(paths.vehicle.tolist())
-        ages = {vehicle: age + elapsed for vehicle, age in self._ages.items() if vehicle not in seen}
+        ages = {vehicle: age + self._period for vehicle, age in self._ages.items() if vehicle not in seen}
         kept = [vehicle for vehicle, age in ages.items() if age <= self._grace + 1e-9]
         if kept and self._last is not None:
-            paths = paths.joined(later(self._last.of(np.isin(self._last.vehicle, kept)), elapsed))
+            paths = paths.joined(later(self._last.of(np.isin(self._last.vehicle, kept)), self._period))
         self._last = paths
         self._ages = dict.fromkeys(seen, 0.0) | {vehicle: ages[vehicle] for vehicle in kept}
         return paths, broken <= self._ages.keys()
 
-    def shift(self, paths: PredictedPaths, elapsed: float) -> Float[np.ndarray, " 2"]:
-        """By how much [m] along lon and lat vehicles are elsewhere than remembered, in the median; 0 if there are none.
-
-        Args:
-            paths: predicted now.
-            elapsed: [s] since the last call.
-        """
+    def shift(self, paths: PredictedPaths) -> Float[np.ndarray, " 2"]:
+        """By how much [m] along lon and lat vehicles are now elsewhere than remembered: the median, 0 without any."""
         if self._last is None:
             return np.zeros(2)
-        expected = later(self._last, elapsed)
+        expected = later(self._last, self._period)
         moved = [
             (paths.points[paths.vehicle == each, 0] - expected.points[expected.vehicle == each, 0][:1]).mean(0)
             for each in np.intersect1d(paths.vehicle, expected.vehicle)
