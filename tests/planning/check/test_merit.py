@@ -70,7 +70,7 @@ def test_merit_is_the_cost_and_the_squares_of_all_violations(crowded, seed: int)
         each[:2, :, 0] = around.state[2] * DT * np.arange(13) + 4, around.state[1] + 1 + np.zeros(13)
     around = around._replace(boxes=boxes, likely=likely)
     model = merit(inputs, TARGETS, around, CONSTANTS)
-    assert (model.excess > 0.05).sum() > 2
+    assert (model.constraints.excess > 0.05).sum() > 2
     assert model.value == pytest.approx(by_hand(inputs, around), rel=1e-9)
 
 
@@ -89,12 +89,13 @@ def test_a_box_within_a_step_is_not_overlooked(lon: float) -> None:
     box[:5, :, 0] = np.array([lon, 5.4, 1.1, 0.4, FAR])[:, None]
     around = Surroundings(np.array([0.0, 5.4, 40.0, 0.0]), np.zeros(2), between(0.0, 10.8), WANTED, box, box)
     model = merit(np.zeros((NODES, 2)), TARGETS, around, CONSTANTS)
-    assert model.excess.max() > 0.3
+    assert model.constraints.excess.max() > 0.3
 
 
 def gradient(model: Model, constants: Constants) -> np.ndarray:
     by_state, by_input = model.by_state.copy(), model.by_input.copy()
-    np.add.at(by_state, model.node, (model.weight * np.maximum(0, model.excess))[:, None] * model.normal)
+    excess, normal, node, weight = model.constraints
+    np.add.at(by_state, node, (weight * np.maximum(0, excess))[:, None] * normal)
     add_pulled_back(model.rollout, by_state, constants.tree, constants.dt, by_input)
     return 2 * by_input
 
@@ -104,7 +105,7 @@ def gradient(model: Model, constants: Constants) -> np.ndarray:
 def test_gradient_of_the_merit(inputs: np.ndarray, order: int, around: Surroundings) -> None:
     constants = constants_of(ProblemSettings(obstacles=ObstacleSettings(order=order)), PERIOD)
     model = merit(inputs, TARGETS, around, constants)
-    assert (model.excess > 0).any()
+    assert (model.constraints.excess > 0).any()
     small, expected = 1e-6, np.empty_like(inputs)
     for at in np.ndindex(inputs.shape):
         nudge = np.zeros_like(inputs)

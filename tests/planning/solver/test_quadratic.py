@@ -24,16 +24,16 @@ def dense(model: Model, damping: float) -> tuple[np.ndarray, np.ndarray, np.ndar
     matrix += np.einsum("nfu,nf,nfv->uv", by[:, 1:], TREE.errors, by[:, 1:])
     matrix += damping * np.diag(curvature_of(model.rollout, TREE, CONSTANTS.dt).ravel())
     slope = model.by_input.ravel() + np.einsum("nf,nfu->u", model.by_state, by)
-    return matrix, slope, np.einsum("cf,cfu->cu", model.normal, by[model.node])
+    return matrix, slope, np.einsum("cf,cfu->cu", model.constraints.normal, by[model.constraints.node])
 
 
 def optimum(inputs: np.ndarray, model: Model, damping: float, around: Surroundings) -> np.ndarray:
     """The step by PIQP, with one variable for every violation."""
     low, high = (bound.ravel() for bound in input_bounds(inputs, around, CONSTANTS))
-    constraints, variables = len(model.excess), 2 * NODES
+    constraints, variables = len(model.constraints.excess), 2 * NODES
     matrix, slope, normal = dense(model, damping)
     nothing = np.zeros((variables, constraints))
-    cost = 2 * np.block([[matrix, nothing], [nothing.T, np.diag(model.weight)]])
+    cost = 2 * np.block([[matrix, nothing], [nothing.T, np.diag(model.constraints.weight)]])
     rows = np.hstack([normal, -np.eye(constraints)])
     bounds = (
         np.concatenate([low - inputs.ravel(), np.zeros(constraints)]),
@@ -42,7 +42,14 @@ def optimum(inputs: np.ndarray, model: Model, damping: float, around: Surroundin
     solver = piqp.DenseSolver()
     solver.settings.eps_abs = solver.settings.eps_rel = 1e-9
     solver.setup(
-        cost, 2 * np.concatenate([slope, np.zeros(constraints)]), None, None, rows, None, -model.excess, *bounds
+        cost,
+        2 * np.concatenate([slope, np.zeros(constraints)]),
+        None,
+        None,
+        rows,
+        None,
+        -model.constraints.excess,
+        *bounds,
     )
     assert solver.solve() == piqp.PIQP_SOLVED
     return solver.result.x[:variables].reshape(NODES, 2)
@@ -50,8 +57,8 @@ def optimum(inputs: np.ndarray, model: Model, damping: float, around: Surroundin
 
 def quadratic(step: np.ndarray, model: Model, damping: float) -> float:
     matrix, slope, normal = dense(model, damping)
-    violated, flat = np.maximum(0, model.excess + normal @ step.ravel()), step.ravel()
-    return float(flat @ matrix @ flat + 2 * slope @ flat + (model.weight * violated**2).sum())
+    violated, flat = np.maximum(0, model.constraints.excess + normal @ step.ravel()), step.ravel()
+    return float(flat @ matrix @ flat + 2 * slope @ flat + (model.constraints.weight * violated**2).sum())
 
 
 @pytest.mark.parametrize("damping", [1e-3, 1.0])

@@ -35,6 +35,18 @@ _LIMITS = 9
 """constraints of every node besides the boxes"""
 
 
+class Constraints(NamedTuple):
+    """C constraints, linear in the changes of the states."""
+
+    excess: Float[np.ndarray, " C"]
+    """what must not be positive: boxes, road edges, limits of speed and heading"""
+    normal: Float[np.ndarray, "C 4"]
+    """derivatives of the excesses with respect to the state of their node"""
+    node: Int[np.ndarray, " C"]
+    weight: Float[np.ndarray, " C"]
+    """of the squares of positive excesses"""
+
+
 class Model(NamedTuple):
     """Merit of a plan, and what it is made of, linear in the changes of states and inputs."""
 
@@ -49,22 +61,8 @@ class Model(NamedTuple):
     """half the first derivatives of the cost with respect to the states"""
     by_input: Float[np.ndarray, "N 2"]
     """half the first derivatives of the cost with respect to the inputs, the states apart"""
-    excess: Float[np.ndarray, " C"]
-    """what must not be positive: boxes, road edges, limits of speed and heading"""
-    normal: Float[np.ndarray, "C 4"]
-    """derivatives of the excesses with respect to the state of their node"""
-    node: Int[np.ndarray, " C"]
-    weight: Float[np.ndarray, " C"]
-    """of the squares of positive excesses"""
-
-
-class _Constraints(NamedTuple):
-    """The fields of that name of `Model`, with room for more."""
-
-    excess: Float[np.ndarray, " most"]
-    normal: Float[np.ndarray, "most 4"]
-    node: Int[np.ndarray, " most"]
-    weight: Float[np.ndarray, " most"]
+    constraints: Constraints
+    """those in view"""
 
 
 @compiled
@@ -89,11 +87,10 @@ def merit_of(
 ) -> Model:  # fmt: skip
     """The merit of a plan whose states are known."""
     shares, by_state, by_input = _smooth(inputs, rollout, targets, around, constants)
-    excess, normal, node, weight = _constraints(rollout, around, constants)
-    cost = shares.sum()
-    for c in range(len(excess)):
-        shares[node[c]] += penalty(excess[c], weight[c])
-    return Model(shares.sum(), shares, cost, rollout, by_state, by_input, excess, normal, node, weight)
+    seen, cost = _constraints(rollout, around, constants), shares.sum()
+    for c in range(len(seen.excess)):
+        shares[seen.node[c]] += penalty(seen.excess[c], seen.weight[c])
+    return Model(shares.sum(), shares, cost, rollout, by_state, by_input, seen)
 
 
 @compiled
@@ -132,21 +129,21 @@ def _smooth(
 
 
 @compiled
-def _constraints(rollout: Rollout, around: Surroundings, constants: Constants) -> _Constraints:
-    """The constraints in view."""
+def _constraints(rollout: Rollout, around: Surroundings, constants: Constants) -> Constraints:
+    """The constraints in view, of which there is room for more at first."""
     nodes, most_boxes = len(rollout.states), max(around.boxes.shape[2], around.likely.shape[2])
     most = nodes * (MOST_PARTS * most_boxes + _LIMITS)
-    seen, count = _Constraints(np.empty(most), np.empty((most, 4)), np.empty(most, np.int64), np.empty(most)), 0
+    seen, count = Constraints(np.empty(most), np.empty((most, 4)), np.empty(most, np.int64), np.empty(most)), 0
     for n in range(nodes):
         count = _limits(n, state_at(rollout.states, n, around.state), around, constants, seen, count)
         boxes = around.boxes if constants.tree.careful[n] else around.likely
         count = _boxes(n, rollout, boxes, constants, seen, count)
-    return _Constraints(seen.excess[:count], seen.normal[:count], seen.node[:count], seen.weight[:count])
+    return Constraints(seen.excess[:count], seen.normal[:count], seen.node[:count], seen.weight[:count])
 
 
 @compiled
 def _append(
-    seen: _Constraints, count: int, node: int, excess: float, normal: tuple[float, float, float, float], weight: float
+    seen: Constraints, count: int, node: int, excess: float, normal: tuple[float, float, float, float], weight: float
 ) -> int:
     """Append a constraint; returns the number of constraints."""
     seen.excess[count], seen.node[count], seen.weight[count] = excess, node, weight
@@ -155,7 +152,7 @@ def _append(
 
 
 @compiled
-def _limits(n: int, state: State, around: Surroundings, constants: Constants, seen: _Constraints, count: int) -> int:
+def _limits(n: int, state: State, around: Surroundings, constants: Constants, seen: Constraints, count: int) -> int:
     """Append the limits of speed and heading and the road's; returns the number of constraints."""
     vehicle = constants.vehicle
     fastest, slowest = max(vehicle.max_speed, around.state[2]), min(0.0, around.state[2])
@@ -186,7 +183,7 @@ def _limits(n: int, state: State, around: Surroundings, constants: Constants, se
 
 @compiled
 def _boxes(
-    n: int, rollout: Rollout, boxes: Float[np.ndarray, "7 P n"], constants: Constants, seen: _Constraints, count: int
+    n: int, rollout: Rollout, boxes: Float[np.ndarray, "7 P n"], constants: Constants, seen: Constraints, count: int
 ) -> int:
     """Append the boxes at the end of a node's step, and where they are passed in the step after, for which the car is
     taken to go straight on; returns the number of constraints. Along the drive branch each has its share of the weight.

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from coverdrive.compiled import compiled
-from coverdrive.planning.check.merit import Model, penalty, within
+from coverdrive.planning.check.merit import Constraints, Model, penalty, within
 from coverdrive.planning.problem.constants import Constants
 from coverdrive.planning.problem.rollout import add_pulled_back, changes_of, curvature_of
 from coverdrive.planning.solver.riccati import Stages, minimiser
@@ -82,18 +82,19 @@ def _within(
 @compiled
 def _at(step: Float[np.ndarray, "N 2"], model: Model, damped: Float[np.ndarray, "N 2"], constants: Constants) -> _At:
     """What follows from a step."""
-    states, excess = changes_of(model.rollout, step, constants.tree, constants.dt), model.excess.copy()
+    states, seen = changes_of(model.rollout, step, constants.tree, constants.dt), model.constraints
     value = model.cost + 2 * _linear(step, states, model) + _product(step, states, step, states, damped, constants)
+    excess = seen.excess.copy()
     for c in range(len(excess)):
-        excess[c] += _along(model, c, states)
-        value += penalty(excess[c], model.weight[c])
+        excess[c] += _along(seen, c, states)
+        value += penalty(excess[c], seen.weight[c])
     return _At(step, states, excess, value)
 
 
 @compiled
-def _along(model: Model, c: int, states: Float[np.ndarray, "N 4"]) -> float:
+def _along(constraints: Constraints, c: int, states: Float[np.ndarray, "N 4"]) -> float:
     """Change of a constraint where the states change."""
-    by, n = model.normal, model.node[c]
+    by, n = constraints.normal, constraints.node[c]
     position = by[c, 0] * states[n, 0] + by[c, 1] * states[n, 1]
     return position + (by[c, 2] * states[n, 2] + by[c, 3] * states[n, 3])
 
@@ -148,15 +149,16 @@ def _share(
     states, excess = changes_of(model.rollout, direction, constants.tree, constants.dt), at.excess
     steady = _linear(direction, states, model) + _product(direction, states, at.step, at.states, damped, constants)
     rising = _product(direction, states, direction, states, damped, constants)
-    seen, start, towards, weight = 0, np.empty(len(excess)), np.empty(len(excess)), np.empty(len(excess))
+    seen, count = model.constraints, 0
+    start, towards, weight = np.empty(len(excess)), np.empty(len(excess)), np.empty(len(excess))
     for c in range(len(excess)):
-        start[seen], towards[seen], weight[seen] = excess[c], _along(model, c, states), model.weight[c]
-        if start[seen] > 0 or start[seen] + most * towards[seen] > 0:
-            seen += 1
+        start[count], towards[count], weight[count] = excess[c], _along(seen, c, states), seen.weight[c]
+        if start[count] > 0 or start[count] + most * towards[count] > 0:
+            count += 1
     low, high, share = 0.0, most, most
     for _ in range(_SHARES):
         slope, curvature = steady + share * rising, rising
-        for c in range(seen):
+        for c in range(count):
             beyond = start[c] + share * towards[c]
             if beyond > 0:
                 slope += weight[c] * beyond * towards[c]
@@ -245,7 +247,7 @@ def _stages(at: _At, model: Model, damped: Float[np.ndarray, "N 2"], constants: 
     """The damped quadratic problem around a step, with the constraints that are violated there."""
     tree, nodes = constants.tree, len(at.step)
     by_state, by_states = model.by_state.copy(), np.zeros((nodes, 4, 4))
-    by_input, by_inputs = model.by_input.copy(), damped.copy()
+    by_input, by_inputs, seen = model.by_input.copy(), damped.copy(), model.constraints
     for n in range(nodes):
         p = tree.parent[n]
         for i in range(3):
@@ -259,9 +261,9 @@ def _stages(at: _At, model: Model, damped: Float[np.ndarray, "N 2"], constants: 
                 by_input[p, i] -= change
     for c in range(len(at.excess)):
         if at.excess[c] > 0:
-            n, by = model.node[c], model.normal
+            n, by, weight = seen.node[c], seen.normal, seen.weight[c]
             for i in range(4):
-                by_state[n, i] += model.weight[c] * at.excess[c] * by[c, i]
+                by_state[n, i] += weight * at.excess[c] * by[c, i]
                 for j in range(4):
-                    by_states[n, i, j] += model.weight[c] * by[c, i] * by[c, j]
+                    by_states[n, i, j] += weight * by[c, i] * by[c, j]
     return Stages(by_state, by_states, by_input, by_inputs)
