@@ -28,14 +28,9 @@ def judged(scenario: Scenario, problem: PlanningProblem, solved: PlanningProblem
         solved: the solution.
         triangulated: whether the road is judged by a triangulation, as the CommonRoad server does, else by rectangles.
     """
-    boundary, bodies, checker = (
-        import_module(f"commonroad_dc.{name}")
-        for name in (
-            "boundary.boundary",
-            "collision.collision_detection.pycrcc_collision_dispatch",
-            "feasibility.solution_checker",
-        )
-    )
+    boundary = import_module("commonroad_dc.boundary.boundary")
+    bodies = import_module("commonroad_dc.collision.collision_detection.pycrcc_collision_dispatch")
+    checker = import_module("commonroad_dc.feasibility.solution_checker")
     problems, solution = PlanningProblemSet([problem]), Solution(scenario.scenario_id, [solved])
 
     def on_road() -> bool:
