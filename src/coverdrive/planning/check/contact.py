@@ -46,14 +46,7 @@ def parts_of(
     """In how many parts the step after a moment is looked at, so that the ego's box cannot jump over another.
 
     In each, car and box come by no more than the sum of their half extents past each other: what moves alike is looked
-    at once.
-
-    Args:
-        way: [m] along lon and lat that the car comes in the step.
-        own: [m] half extents of its box.
-        boxes: the boxes.
-        moment: at which the step begins.
-        slot: index of the box.
+    at once. The ego has half extents [m] of its ``own``, and in the step its ``way`` [m], along lon and lat each.
     """
     parts = 1
     for axis in range(2):
@@ -80,7 +73,7 @@ def box_excess(
     view: float,
     constants: Constants,
 ) -> tuple[float, State]:
-    """The slack γ that a box asks for, margin included and negative outside, and its derivatives.
+    """The slack γ that a box asks for, margin included and negative outside, and its derivatives by the state.
 
     Args:
         state: lon, lat [m], speed [m/s] and heading [rad] of the ego.
@@ -88,9 +81,6 @@ def box_excess(
         box: the box.
         view: what is below −view is not looked at, and −view is returned with derivatives of 0.
         constants: of the problem.
-
-    Returns:
-        The slack, and its derivatives with respect to the state.
     """
     vehicle, inflation = constants.vehicle, constants.inflation
     half_way = braking = 0.0

@@ -121,14 +121,8 @@ def hold(
 
 @compiled
 def evaluate(plans: Plans, first: int, last: int, around: Surroundings, constants: Constants) -> None:
-    """Drive the inputs of some plans as far as the limits of the ego allow, and complete what follows from them.
-
-    Args:
-        plans: whose inputs and targets are known.
-        first: index of the first one.
-        last: index after the last one.
-        around: what the plans are made for.
-        constants: of the problem.
+    """Drive the inputs of the plans from ``first`` to before ``last`` as far as the limits of the ego allow, and
+    complete what follows from these and their targets.
     """
     tree, dt, straight = constants.tree, constants.dt, len(around.road.rows) == 1
     for i in range(first, last):

@@ -43,13 +43,8 @@ def write_edges(
     states: Float[np.ndarray, "P 4"], inputs: Float[np.ndarray, "K 2"], edges: Float[np.ndarray, "K 2 4"],
     constants: Constants,
 ) -> None:  # fmt: skip
-    """Write between which edges the body is during every step: at its start (0) and at its end (1), evenly in between.
-
-    Args:
-        states: of the plan.
-        inputs: of the plan.
-        edges: where the rear, right, front and left edge [m] are written.
-        constants: of the problem.
+    """Write between which rear, right, front and left edges [m] the body of a plan is during every step: at its start
+    (0) and at its end (1), evenly in between.
     """
     dt, unsure_lon, unsure_lat = constants.dt, 0.0, 0.0
     for k in range(constants.steps):
@@ -75,14 +70,7 @@ def write_edges(
 
 @compiled
 def may_touch(edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "7 P n"], step: int, slot: int) -> bool:
-    """Whether the edges of a body and a box overlap at any time of a step.
-
-    Args:
-        edges: of the body.
-        boxes: as of `coverdrive.planning.problem.obstacles.obstacles_of`.
-        step: index of the step, from 0.
-        slot: index of the box.
-    """
+    """Whether the edges of a body, as of `write_edges`, and a box overlap at any time of a step, counted from 0."""
     first, last = 0.0, 1.0
     for axis in range(2):
         half_now, half_then = boxes[2 + axis, step, slot], boxes[2 + axis, step + 1, slot]
@@ -110,7 +98,7 @@ def contact_at(
     Args:
         state: at the start of the step.
         applied: acceleration [m/s²] and yaw rate [rad/s] during the step.
-        boxes: as of `may_touch`.
+        boxes: as of `coverdrive.planning.problem.obstacles.obstacles_of`.
         step: index of the step, from 0.
         slot: index of the box.
         grown: share of what the box has grown since the start of the plan: 1 for all of it, 0 for the body alone.
@@ -188,12 +176,8 @@ def impact_beyond(
 ) -> float:
     """Closing speed [m/s] at which the ego meets a box that is ahead at the end and goes on; −1 if it need not.
 
-    Args:
-        state: of the ego at the end of the plan; it goes straight on, braking.
-        edges: rear, right, front and left edge [m] of its body then.
-        boxes: as of `may_touch`.
-        slot: index of the box.
-        braking: [m/s²] its deceleration.
+    From its state at the end of the plan, with the rear, right, front and left edge [m] of its body, the ego goes
+    straight on, braking [m/s²].
     """
     other, fall = boxes[BRAKE_TO, -1, slot], min(boxes[FALL, -1, slot], braking)
     faster, harder = state[2] - other, braking - fall

@@ -100,14 +100,9 @@ def _eliminate(
 def minimiser(
     stages: Stages, held: Bool[np.ndarray, "N 2"], rollout: Rollout, tree: Tree, dt: float
 ) -> Float[np.ndarray, "N 2"]:
-    """The change of the inputs that costs least.
+    """The change of the inputs that costs least in a problem that is convex in them, where some are ``held``.
 
-    Args:
-        stages: the problem, convex in the inputs.
-        held: which inputs do not change.
-        rollout: the motion whose changes follow from those of the inputs.
-        tree: its steps.
-        dt: [s].
+    The rollout is the motion whose changes follow from those of the inputs, in the steps of ``dt`` [s] of a tree.
     """
     gains, nodes = _gains(stages, held, rollout, tree, dt), len(tree.parent)
     result, states, known = np.empty((nodes, 2)), np.zeros((nodes, 4)), np.zeros(7)
