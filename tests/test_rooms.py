@@ -83,7 +83,10 @@ def test_modules_in_words_exist() -> None:
 
 def asked_for(path: Path) -> set[str]:
     """Packages that a file asks for by name."""
-    calls = (node for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.Call))
+    text = path.read_text(encoding="utf-8")
+    if not re.search("require|import_module|__import__", text):
+        return set()
+    calls = (node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call))
     loading = (
         call.args[0]
         for call in calls
