@@ -64,11 +64,11 @@ def test_empty_slots_and_the_own_car_do_not_collide() -> None:
 
 
 def plain_collisions(basis: Basis, scene: Scene, own: int) -> list[bool]:
-    result = []
+    result, rolled = [], [(time, basis.rollout(np.array([time]))[0]) for time in np.arange(0.25, 3.01, 0.25)]
     for base in range(len(basis)):
         hit = False
-        for time in np.arange(0.25, 3.01, 0.25):
-            deviation = basis.rollout(np.array([time]))[0][base, 0]
+        for time, deviations in rolled:
+            deviation = deviations[base, 0]
             lon = scene.lon[own] + scene.speed[own] * np.cos(scene.heading[own]) * time + deviation[0]
             lat = scene.lat[own] + deviation[1]
             for other in range(scene.vehicles):
