@@ -78,7 +78,7 @@ def test_same_seed_same_network_of_members_that_differ(ensemble: tuple[Network, 
 
 
 def test_what_is_compiled_serves_other_numbers_of_samples() -> None:
-    traced = list[int]()
+    traced, short = list[int](), MEMBERS.model_copy(update={"most_steps": 30})
 
     def loss(outputs: jax.Array, labels: jax.Array) -> jax.Array:
         traced.append(len(outputs))
@@ -86,8 +86,8 @@ def test_what_is_compiled_serves_other_numbers_of_samples() -> None:
 
     def compiled(count: int) -> bool:
         before, samples, random = len(traced), toy_samples(count, seed=0), np.random.default_rng(0)
-        network = Network.create(samples.features, MEMBERS.hidden, 3, random, MEMBERS.members, output="softmax")
-        optimised(network, network.scaled(samples.features), samples.labels, loss, MEMBERS, random)
+        network = Network.create(samples.features, short.hidden, 3, random, short.members, output="softmax")
+        optimised(network, network.scaled(samples.features), samples.labels, loss, short, random)
         return len(traced) > before
 
     assert compiled(600)
