@@ -330,10 +330,11 @@ def test_a_clear_plan_that_is_driven_for_longer_than_its_first_step_touches_noth
         clear += 1
         held = int(np.ceil(period / plan.dt))
         np.testing.assert_array_equal(plan.inputs[:held], np.broadcast_to(plan.inputs[0], (held, 2)))
-        for time in np.linspace(0, period, 41):
-            own, others = step(state, plan.applied(period), float(time)), np.array(cars)
-            others[:, 0] += time * others[:, 2]
-            assert not boxes_overlap(own[:2], own[3], CAR.half_sizes, others[:, :2], np.zeros(2), CAR.half_sizes).any()
+        times, others = np.linspace(0, period, 41), np.tile(cars, (41, 1, 1))
+        own = np.array([[step(state, plan.applied(period), float(time))] for time in times])
+        others[..., 0] += times[:, None] * others[..., 2]
+        bodies = own[..., :2], own[..., 3], CAR.half_sizes, others[..., :2], np.zeros((41, 2)), CAR.half_sizes
+        assert not boxes_overlap(*bodies).any()
     assert clear > 100
 
 
