@@ -86,7 +86,9 @@ def _with_sizes(function: Callable[..., Any]) -> Callable[..., Any]:
             good.setdefault(given, set()).add(_kinds((result,)))
             return result
         result = function(*args, **kwargs)
-        if (kind := _kinds((result,))) not in results:
+        told_by_type = _looks.get(type(result), _kinds) is None
+        kind = (type(result),) if told_by_type else _kinds((result,))
+        if kind not in results:
             if checked_result is None:
                 again = wraps(function)(lambda *_, **__: found.pop())
                 checked_result = _TYPES(again) if checked is not function else again
@@ -103,21 +105,23 @@ def _with_sizes(function: Callable[..., Any]) -> Callable[..., Any]:
 _MANY = 9
 """members of a tuple or list whose types are looked at"""
 
+_array = np.ndarray
 _looks: dict[type, Callable[[Any], Any] | None] = {}
 """how the kind of a value is told, by its type, which is all that there is to tell where this is none"""
 
 
 def _kinds(values: Iterable[Any]) -> tuple[Any, ...]:
     """All of values that the checks depend on: their types, and sizes of arrays; a text is what it says."""
-    kinds = []
+    kinds: list[Any] = []
     for value in values:
         kind = type(value)
-        if kind is np.ndarray:
-            kinds.append((value.shape, value.dtype.char))
+        if kind is _array:
+            kinds += value.shape, value.dtype
             continue
-        if kind not in _looks:
-            _looks[kind] = _look_of(kind)
-        look = _looks[kind]
+        try:
+            look = _looks[kind]
+        except KeyError:
+            look = _looks[kind] = _look_of(kind)
         kinds.append(kind if look is None else look(value))
     return tuple(kinds)
 
