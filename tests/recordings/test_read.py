@@ -1,6 +1,7 @@
 """Reading any kind of file, folders, and the numbering of groups."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -9,6 +10,7 @@ from recordings_fakes import driving, scenario, straight, three_lanes
 
 from coverdrive.errors import RecordingError
 from coverdrive.progress import heard_by, stage
+from coverdrive.recordings import read as reading
 from coverdrive.recordings.formats.parquet import write_parquet
 from coverdrive.recordings.read import read, together
 from coverdrive.recordings.recording import SCHEMA, Recording
@@ -38,6 +40,22 @@ def test_files_of_a_folder_without_vehicles_are_skipped_and_named(tmp_path: Path
     assert "skipped" not in recordings[1].notes
     with pytest.raises(RecordingError, match=r"1\.xml: the scenario has no recorded vehicles"):
         read([tmp_path, tmp_path / "1.xml"])
+
+
+def test_each_file_is_resampled_before_the_next_is_read(make_ngsim, write_csv, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At the rate of the files, all of a large set together may be more than the memory holds."""
+    rows, real = list[int](), reading.resampled
+
+    def resampled(recording: Recording, *how: Any) -> Recording:
+        later.write_text("no recording")  # is noticed if it was read before
+        rows.append(len(recording.table))
+        return real(recording, *how)
+
+    first, later = write_csv(make_ngsim(speed=10.0), "1.csv"), write_csv(make_ngsim(speed=20.0), "2.csv")
+    monkeypatch.setattr(reading, "resampled", resampled)
+    with pytest.raises(RecordingError, match=r"2\.csv"):
+        read([first, later], dt=0.2)
+    assert len(rows) == 1
 
 
 def test_short_recordings_are_a_group_each(make_ngsim, write_csv):

@@ -98,6 +98,8 @@ def read(
         with part(number, len(files)):
             try:
                 found = _read_file(file, how, format, namesakes)
+                with naming(file):  # each at once: several need much room at the rate of their files
+                    found = [each._replace(recording=resampled(each.recording, dt, how.smoothing)) for each in found]
             except NoVehiclesError as error:
                 if file in named:
                     raise
@@ -109,11 +111,7 @@ def read(
         if not readings:
             raise next(iter(skipped.values()))
         readings[0].recording.notes["skipped"] = _without_vehicles([file.name for file in skipped])
-    recordings: list[Recording] = []
-    for number, recording in zip(origin, _grouped(readings, origin), strict=True):
-        with naming(files[number]):
-            recordings.append(resampled(recording, dt, how.smoothing))
-    return tuple(recordings)
+    return _grouped(readings, origin)
 
 
 def choices_for(paths: Sequence[Path], format: str | None) -> frozenset[str]:
