@@ -50,10 +50,7 @@ def recorded(files: list[Path]) -> dict[str, Any]:
     drives: list[Kept] = []
     for each in coverdrive.read(files):
         frames = each.frames()
-        parts = [
-            kept(frames.scene.at(moment), each.road, np.arange(frames.scene.vehicles))
-            for moment in range(len(frames.time))
-        ]
+        parts = [kept(scene, each.road, np.arange(scene.vehicles)) for scene, _ in frames.every(1)]
         together = Kept(*(np.concatenate(values) for values in zip(*parts, strict=True)))
         for vehicle in np.unique(frames.vehicle[frames.vehicle >= 0]):
             there = frames.vehicle == vehicle

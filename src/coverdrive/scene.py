@@ -69,10 +69,6 @@ class Scene:
         """Half length and half width [m] of every slot."""
         return beside(self.length, self.width) / 2
 
-    def at(self, moment: int) -> "Scene":
-        """One moment of a scene with a leading axis, which it keeps."""
-        return jax.tree.map(lambda each: each[moment : moment + 1], self)
-
     def mirrored(self) -> "Scene":
         """The same scene with left and right exchanged (lat → −lat)."""
         return Scene(self.lon, -self.lat, self.speed, -self.heading, self.length, self.width, self.valid)

@@ -49,6 +49,20 @@ def test_moments_without_vehicles_have_empty_scenes():
     assert recording_of([(0, 2), (5, 2)]).scene_at(0.3).vehicles == 0
 
 
+@pytest.mark.parametrize(("pairs", "at_once"), [(1, [1, 1, 1]), (8, [2, 1]), (2**16, [3])])
+def test_every_so_many_moments_are_given_some_at_a_time(
+    pairs: int, at_once: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("coverdrive.recordings.recording._PAIRS", pairs)
+    frames = recording_of([(0, 5), (3, 4)]).frames()
+    parts = list(frames.every(3))
+    assert [len(vehicle) for _, vehicle in parts] == at_once
+    assert np.array_equal(np.concatenate([vehicle for _, vehicle in parts]), frames.vehicle[::3])
+    for name in (*MEASURES, "valid"):
+        values = np.concatenate([getattr(scene, name) for scene, _ in parts])
+        assert np.array_equal(values, getattr(frames.scene, name)[::3])
+
+
 @pytest.mark.parametrize("time", [-0.2, 0.7])
 def test_times_outside_of_the_recording_are_refused(time: float):
     with pytest.raises(DataError, match=r"test lasts from 0 s to 0.6 s; got the time"):

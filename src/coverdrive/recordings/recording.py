@@ -5,9 +5,11 @@ the largest number of vehicles seen at one moment.
 """
 
 import hashlib
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import jax
 import numpy as np
 import polars as pl
 from jaxtyping import Float, Int
@@ -39,6 +41,9 @@ vehicle have in common; NaN where a row was filled in; without it, the speed"""
 
 _WHOLE = pl.Schema(SCHEMA | SEEN | IDENTITY | KIND | STATED_SPEED)
 
+_PAIRS = 2**16
+"""of slots of moments that are looked at at once"""
+
 _SCENE = dict(zip(MEASURES, (*SEEN, *MEASURES[4:]), strict=True))
 """The column of every field of a scene"""
 
@@ -69,6 +74,13 @@ class Frames:
     frame: Int[np.ndarray, " rows"]
     slot: Int[np.ndarray, " rows"]
     """where every row of the recording's table is"""
+
+    def every(self, step: int) -> Iterator[tuple[Scene, Int[np.ndarray, "m A"]]]:
+        """Every so many moments, m at once: their scene, with leading axis m, and the vehicle in every slot."""
+        reach = step * max(1, _PAIRS // self.vehicle.shape[1] ** 2)
+        for first in range(0, len(self.time), reach):
+            chosen = slice(first, first + reach, step)
+            yield jax.tree.map(lambda each, chosen=chosen: each[chosen], self.scene), self.vehicle[chosen]
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import polars as pl
-from jaxtyping import Int
+from jaxtyping import Bool
 
 from coverdrive.distances import kept
 from coverdrive.geometry import body_distance
@@ -37,11 +37,10 @@ def recorded_near_misses(recordings: Sequence[Recording]) -> dict[str, float]:
     """
     shown = list[pl.DataFrame]()
     for each in recordings:
-        frames, came = each.frames(), list[np.ndarray]()
-        for frame in range(0, len(frames.time), max(1, round(_LOOK / each.dt))):
-            scene, there = frames.scene.at(frame), np.flatnonzero(frames.vehicle[frame] >= 0)
-            soon = kept(scene, each.road, there).time_to_collision[0] < NEAR_TIME
-            came.append(frames.vehicle[frame, np.union1d(there[soon], _close(scene, each.road, there))])
+        came = list[np.ndarray]()
+        for scene, vehicle in each.frames().every(max(1, round(_LOOK / each.dt))):
+            soon = kept(scene, each.road, np.arange(scene.vehicles)).time_to_collision < NEAR_TIME
+            came.append(vehicle[soon | _close(scene, each.road)])
         near = pl.col("vehicle").is_in(pl.Series(np.concatenate(came))).any().alias("share")
         shown.append(each.table.group_by("identity", maintain_order=True).agg(near, seconds=pl.len() * each.dt))
     longest = pl.concat(shown).sort("seconds", descending=True, maintain_order=True)
@@ -49,14 +48,18 @@ def recorded_near_misses(recordings: Sequence[Recording]) -> dict[str, float]:
     return once.select(pl.col("share", "seconds").mean()).row(0, named=True)
 
 
-def _close(scene: Scene, road: Road, slots: Int[np.ndarray, " n"]) -> Int[np.ndarray, " m"]:
-    """Those of some slots, of a scene with a leading axis of 1, whose bodies are nearer to one another than that."""
-    (centre, heading), half_sizes = road.bodies_to_map(scene.lon, scene.lat, scene.heading), scene.half_sizes[0]
-    reach = np.hypot(*half_sizes.T)[slots]
-    apart = np.hypot(*np.moveaxis(centre[0, slots] - centre[0, slots, None], -1, 0)) - reach - reach[:, None]
-    pairs = slots[np.array(np.nonzero(np.triu(apart < NEAR_GAP, k=1)))]
-    bodies = [(centre[0, each], heading[0, each], half_sizes[each]) for each in pairs]
-    return np.unique(pairs[:, body_distance(*bodies[0], *bodies[1]) < NEAR_GAP])
+def _close(scene: Scene, road: Road) -> Bool[np.ndarray, "m A"]:
+    """Which slots of a scene with leading axis m hold a body that is nearer to another one than that."""
+    (centre, heading), half_sizes = road.bodies_to_map(scene.lon, scene.lat, scene.heading), scene.half_sizes
+    reach, both = np.hypot(half_sizes[..., 0], half_sizes[..., 1]), scene.valid[..., None] & scene.valid[:, None]
+    apart = np.hypot(*np.moveaxis(centre[:, None] - centre[:, :, None], -1, 0)) - reach[:, None] - reach[..., None]
+    moment, *pair = np.nonzero(np.triu(both & (apart < NEAR_GAP), k=1))
+    bodies = [(centre[moment, each], heading[moment, each], half_sizes[moment, each]) for each in pair]
+    near = body_distance(*bodies[0], *bodies[1]) < NEAR_GAP
+    close = np.zeros(scene.valid.shape, dtype=bool)
+    for each in pair:
+        close[moment[near], each[near]] = True
+    return close
 
 
 def liveliest(trials: pl.DataFrame) -> int:

@@ -10,7 +10,7 @@ import numpy as np
 import polars as pl
 from pydantic import Field
 
-from coverdrive.distances import FREE, Kept, kept
+from coverdrive.distances import FREE, kept
 from coverdrive.errors import SettingError
 from coverdrive.planning.rules.manners import MannersSettings
 from coverdrive.recordings.recording import Recording
@@ -153,12 +153,11 @@ def recorded_place(recordings: Sequence[Recording]) -> Place:
 
 def _manners(recordings: Sequence[Recording]) -> MannersSettings:
     """What people keep in nine of ten moments in which there is somebody, of one moment a second, or lane changes."""
-    moments = list[Kept]()
-    for each in recordings:
-        frames = each.frames()
-        for frame in range(0, len(frames.time), max(1, round(1 / each.dt))):
-            scene = frames.scene.at(frame)
-            moments.append(kept(scene, each.road, np.flatnonzero(scene.valid[0])))
+    moments = [
+        kept(scene, each.road, np.arange(scene.vehicles))
+        for each in recordings
+        for scene, _ in each.frames().every(max(1, round(1 / each.dt)))
+    ]
     sideways = [
         float(np.abs(track["speed"] * track["heading"].sin()).max())  # pyright: ignore[reportArgumentType]
         for each in recordings
@@ -167,7 +166,7 @@ def _manners(recordings: Sequence[Recording]) -> MannersSettings:
     ]
     usual = {"sideways": _rounded(min(max(np.quantile(sideways, 0.9), 0.1), 10.0), 2)} if sideways else {}
     for name in ("headway", "beside", "time_to_collision"):
-        distances = np.concatenate([getattr(each, name)[0] for each in moments])
+        distances = np.concatenate([getattr(each, name).ravel() for each in moments])
         there = distances[np.isfinite(distances)]
         if len(there):
             usual[name] = _rounded(min(np.quantile(there, 0.1), 10.0), 2)
