@@ -92,6 +92,19 @@ def test_scenes_at_a_border_that_vehicles_cross_are_not_replayed(seed: int) -> N
     assert left < tested and len(left) == len(tested) - 1
 
 
+def test_the_last_second_of_a_recording_is_not_looked_for_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No segment begins in it. In many long recordings, that takes as long as to compare all with all for each."""
+    whole, end = crossing(), 99
+    group = pl.when(pl.col("time") < 164.0).then(pl.col("group")).otherwise(end)
+    recording = replace(whole, table=whole.table.with_columns(group=group))
+    segments = cut_segments([recording])
+    sides = (np.flatnonzero(chosen) for chosen in (segments.group < 5, segments.group == 5, segments.group > 5))
+    told = Seen.of([recording], segments, Split(*sides, dropped=0))
+    monkeypatch.setattr(Seen, "shared_with", lambda *_: "all")
+    (kept,) = told.unseen([recording])
+    assert end not in segments.group and kept.table["group"].unique().sort().to_list() == [7, 8, end]
+
+
 def test_who_trained_is_recognised_in_the_next_minute() -> None:
     """A recording of what comes after the border alone, with other numbers, shows who has crossed it."""
     (whole,) = generate(GeneratedSettings(scenes=1, duration=40.0, vehicles=(6, 6)), seed=4)

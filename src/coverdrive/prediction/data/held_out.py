@@ -48,7 +48,7 @@ class Source:
     used: tuple[str, ...]
     """fingerprints of its scenes that trained or calibrated, or show a vehicle that did"""
     held_out: tuple[str, ...]
-    """fingerprints of the others on the test side"""
+    """fingerprints of the others: of the test side, or without a segment, as the last second of a recording"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,16 +65,12 @@ class Seen:
         """What is to be remembered of the recordings that were split."""
         made_of = np.concatenate([split.train, split.calibration])
         used, vehicles = segments.group[made_of], np.unique(segments.vehicle[made_of])
-        free = np.setdiff1d(segments.group[split.test], used)
         sources = list[Source]()
         for each in recordings:
             sides = list[str](), list[str]()
             for table, digest in _scenes(each):
-                group = table["group"][0]
-                if group in used or np.isin(table["identity"].to_numpy(), vehicles).any():
-                    sides[0].append(digest)
-                elif group in free:
-                    sides[1].append(digest)
+                shows = table["group"][0] in used or np.isin(table["identity"].to_numpy(), vehicles).any()
+                sides[0 if shows else 1].append(digest)
             own = each.name, len(each.table), digest_of(each), numbers_of(each), each.file_dt
             sources.append(Source(*own, *map(tuple, sides)))
         return Seen(tuple(sources), pl.concat(_tracks(each, used, n) for n, each in enumerate(recordings)))
