@@ -41,7 +41,7 @@ def test_generated_traffic(tmp_path: Path) -> None:
 @pytest.mark.real_data
 def test_300_recorded_tracks(us101: Path, tmp_path: Path) -> None:
     printed = coverdrive_basis(us101 / "tracks", "--stride", "0.1", "--epsilon", "2", "--out", tmp_path)
-    assert "163288 segments of 3 s" in printed and " 100 %" in printed
+    assert "163,288 segments of 3 s" in printed and " 100 %" in printed
     (each,) = json.loads((tmp_path / "bases" / "bases.json").read_text())["bases"]
     assert each["covered"] == 1.0 and each["largest_distance"] <= 2
     assert len(Basis.load(tmp_path / "bases" / "basis_2.safetensors")) == each["bases"] <= 10

@@ -24,7 +24,7 @@ PLAIN = Certificate(
 def test_the_whole_sentence() -> None:
     assert PLAIN.sentence == (
         "With 99 % confidence, the probability that a vehicle leaves its predicted set within the horizon of one "
-        "window is at most 1.23 % (post-bloating, 1000 calibration windows, 3 of them uncovered, 17 bases), if new "
+        "window is at most 1.23 % (post-bloating, 1,000 calibration windows, 3 of them uncovered, 17 bases), if new "
         "windows are independent draws from the same traffic as the calibration windows."
     )
 
@@ -68,7 +68,7 @@ def test_a_share_of_every_bases_vehicles_is_no_share_of_all_vehicles() -> None:
 
 def test_vehicles_and_scene_groups_are_counted_and_what_they_mean_is_said() -> None:
     several = replace(PLAIN, vehicles=90, scenes=4, design_effect=2.345)
-    assert "1000 calibration windows of 90 vehicles in 4 scene groups, 3 of them uncovered" in several.sentence
+    assert "1,000 calibration windows of 90 vehicles in 4 scene groups, 3 of them uncovered" in several.sentence
     assert "each has 11: the bound can be far too small; claim a share of windows instead." in several.sentence
     assert "of groups there are only 4 (design effect 2.3)." in several.sentence
     alone = replace(PLAIN, unit="vehicle", samples=90, vehicles=90, scenes=1).sentence
@@ -84,8 +84,8 @@ def test_vehicles_and_scene_groups_are_counted_and_what_they_mean_is_said() -> N
 def test_shares_and_groups_are_told_apart() -> None:
     share = replace(PLAIN, unit="share", vehicles=1000, scenes=50).sentence
     assert "the expected share of a vehicle's windows in which it leaves its predicted set is at most 1.23 %" in share
-    assert "1000 calibration vehicles in 50 scene groups, 3 of them with uncovered windows" in share
+    assert "1,000 calibration vehicles in 50 scene groups, 3 of them with uncovered windows" in share
     assert "uncovered" not in replace(PLAIN, unit="share", uncovered=0).sentence
     group = replace(PLAIN, unit="group", samples=50, vehicles=1000, scenes=50).sentence
     assert "a vehicle of a new scene group leaves its predicted set in any window in which it is seen is" in group
-    assert "50 calibration scene groups of 1000 vehicles" in group
+    assert "50 calibration scene groups of 1,000 vehicles" in group

@@ -73,7 +73,7 @@ def test_names_are_no_markup(name: str, width: int) -> None:
     summary = Summary(name, (1, 2), 27, 0.5, 1000, 5, 11.8, 29.5, 0.1, {"[bold]rows": 7}, {"[red]format": name})
     text = printed(recordings_table([summary]), width)
     assert name in text.replace("\n", "").replace(" ", "") or name in text
-    for part in ("27", "1000", "11.8/29.5"):
+    for part in ("27", "1,000", "11.8/29.5"):
         assert part in words(text)
     assert "[bold]rows" in text.replace("\n", "")
 

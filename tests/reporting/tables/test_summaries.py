@@ -19,7 +19,7 @@ def summary(groups: tuple[int, ...], repairs: dict[str, int]) -> Summary:
 
 def test_recordings() -> None:
     text = printed(recordings_table([summary((2, 3, 4), {"duplicated rows": 7}), summary((1, 5), {})]))
-    for part in ("us101_300_vehicles period 1", "2–4", "1, 5", "125758", "11.8/29.5", "7 duplicated rows", "0.1 s"):
+    for part in ("us101_300_vehicles period 1", "2–4", "1, 5", "125,758", "11.8/29.5", "7 duplicated rows", "0.1 s"):
         assert part in text
     assert "…" not in text
 
@@ -33,11 +33,12 @@ def test_a_fit_counts_its_scene_groups(scenes: int, said: str) -> None:
     more = {"vehicles": 9, "scenes": scenes, "prediction_epsilon": 0.02, "paper_epsilon": 0.03}
     certificates = tuple(replace(each, **more) for each in certified.certificates)
     fit = Mock(
-        spec=Fit, evaluation=certified.evaluation, predictor=contents.predictor, split=nothing, segments=(), seconds={},
+        spec=Fit, evaluation=certified.evaluation, predictor=contents.predictor, split=nothing, seconds={},
+        segments=range(98_776),
         certificates=certificates, occupied=certified.occupied, uncovered=certified.uncovered,
     )  # fmt: skip
     text = printed(fit_table(fit), 300)
-    assert said in text
+    assert said in text and "98,776 of 3 s" in text
     assert "though a base covers them" in text  # as a share of all: of those alone it is more
 
 

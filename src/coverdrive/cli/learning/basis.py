@@ -72,7 +72,7 @@ def basis(
     save_bases(experiment, studied, folder)
     with waiting("drawing"):
         draw_bases(studied, segments, folder)
-    console.print(f"{len(segments)} segments of {studied[0].basis.horizon:g} s")
+    console.print(f"{len(segments):,} segments of {studied[0].basis.horizon:g} s")
     console.print(bases_table(studied))
     console.print(f"Bases and figures are in {folder}")
     return {"results": str(folder), "segments": len(segments), "bases": [basis_record(each) for each in studied]}

@@ -209,9 +209,9 @@ def facts(contents: Contents) -> list[tuple[str, str]]:
     rows = sum(recording["rows"] for recording in recordings)
     median = None if contents.driven is None else 1e3 * float(np.median(contents.driven["planning_median"].to_numpy()))
     return [
-        ("recordings", f"{len(recordings)} with {rows} rows in all"),
-        ("segments", f"{samples['segments']} of {contents.predictor.horizon:g} s: {samples['train']} to train, "
-         f"{samples['calibration']} to calibrate, {samples['test']} to test; {samples['dropped']} left out"),
+        ("recordings", f"{len(recordings)} with {rows:,} rows in all"),
+        ("segments", f"{samples['segments']:,} of {contents.predictor.horizon:g} s: {samples['train']:,} to train, "
+         f"{samples['calibration']:,} to calibrate, {samples['test']:,} to test; {samples['dropped']:,} left out"),
         *([("base trajectories", f"{len(basis)} (ε = {basis.radius:g}; all training segments are covered)")]
           if basis is not None else []),
         *set_facts(basis, evaluation, certified.occupied, certified.uncovered, certified.certificates[0].unit),

@@ -22,12 +22,12 @@ def recordings_table(summaries: Sequence[Summary]) -> Table:
     rows: list[Sequence[str | Text]] = []
     for each in summaries:
         rows.append((
-            Text(each.name), _range(each.groups), str(each.vehicles), f"{each.minutes:.2f}", str(each.rows),
+            Text(each.name), _range(each.groups), f"{each.vehicles:,}", f"{each.minutes:.2f}", f"{each.rows:,}",
             str(each.lanes), f"{each.mean_speed:.1f}/{each.max_speed:.1f}",
         ))  # fmt: skip
         how = [f"{name}: {note}" for name, note in each.notes.items() if name != "resampled"]
         rows += [(Text(f"  {line}", style="dim"),) for line in how]
-        rows += [(Text(f"  {count} {kind}", style="dim"),) for kind, count in each.repairs.items()]
+        rows += [(Text(f"  {count:,} {kind}", style="dim"),) for kind, count in each.repairs.items()]
     columns = ("recording", "groups", "vehicles", "min", "rows", "lanes", "m/s")
     steps = ", ".join(sorted({f"{summary.dt:g} s" for summary in summaries}))
     caption = [f"m/s: mean/max; time step {steps}"]
@@ -50,19 +50,19 @@ def fit_table(result: Fit) -> Table:
 
 def _fit_facts(result: Fit) -> Iterator[tuple[str, str]]:
     evaluation, basis, split = result.evaluation, result.predictor.basis, result.split
-    yield "segments", f"{len(result.segments)} of {result.predictor.horizon:g} s"
+    yield "segments", f"{len(result.segments):,} of {result.predictor.horizon:g} s"
     yield (
         "split by vehicle and scene",
-        f"{len(split.train)} training, {len(split.calibration)} calibration, {len(split.test)} test; "
-        f"{split.dropped} left out",
+        f"{len(split.train):,} training, {len(split.calibration):,} calibration, {len(split.test):,} test; "
+        f"{split.dropped:,} left out",
     )
     if basis is not None:
         yield "base trajectories", f"{len(basis)} (ε = {basis.radius:g}, all training segments covered)"
     for each in result.certificates:
         yield (
             "bound on misses",
-            f"{at_most(each.epsilon)} of {whose(each)}, {strength(each)}, by {each.method} ({each.samples} "
-            f"{each.noun}s, {each.uncovered} of them uncovered; {each.vehicles} vehicles, {each.scenes} scene "
+            f"{at_most(each.epsilon)} of {whose(each)}, {strength(each)}, by {each.method} ({each.samples:,} "
+            f"{each.noun}s, {each.uncovered:,} of them uncovered; {each.vehicles:,} vehicles, {each.scenes:,} scene "
             f"group{'s' * (each.scenes != 1)})",
         )
         if each.prediction_epsilon is not None and each.paper_epsilon is not None:
