@@ -99,6 +99,20 @@ def test_it_leaves_a_lane_long_before_it_ends() -> None:
     assert states[:, 2].min() > 24
 
 
+@pytest.mark.parametrize("start", [300.0, 320.0])
+def test_it_takes_a_gap_beside_and_does_not_overtake_up_to_the_end_of_its_lane(start: float) -> None:
+    """Two cars drive beside at 13.5 m/s; who passes the first one on the right may not come ahead of it in time."""
+
+    def two(lon: float, time: float) -> PredictedPaths:
+        points = np.full((2, 13, 2), 5.4)
+        points[..., 0] = start + np.array([[17.0], [-21.0]]) + 13.5 * (time + TIMES)
+        return PredictedPaths(points, np.array([1, 2]), np.tile([2.4, 0.95], (2, 13, 1)), 0.25)
+
+    states, plans = drive(np.array([start, 3.4, 15.0, -0.1]), with_end(20.0), 60, two)
+    assert {plan.status for plan in plans} == {Status.SOLVED}
+    assert states[:, 2].min() > 12 and states[40, 1] > 5.0
+
+
 @pytest.mark.parametrize("taper", [10.0, 40.0])
 def test_it_stops_before_its_lane_ends_where_nobody_lets_it_out(taper: float) -> None:
     road = with_end(taper)
