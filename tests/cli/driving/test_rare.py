@@ -35,7 +35,14 @@ def test_nothing_is_driven_in_replays(quick_fit: Path, tmp_path: Path) -> None:
 def test_the_folder_of_collisions_is_named_where_there_are_some(
     quick_fit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, names: list[str], said: str
 ) -> None:
-    row = {"probability": 1e-7, "rarer": not names, "drives": 9.0, "seconds": 1.0, "collisions": names}
+    row = {
+        "probability": 1e-7,
+        "rarer": not names,
+        "drives": 9.0,
+        "seconds": 1.0,
+        "collisions": names,
+        "curve": [(2.0, 1e-7)],
+    }
     found = Rare(tmp_path, [row, {**row, "collisions": []}])
     monkeypatch.setattr("coverdrive.dialling.rare.rare", lambda *_, **__: found)
     printed = coverdrive("rare", quick_fit, "--out", tmp_path, only="stdout")
