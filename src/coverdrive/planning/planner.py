@@ -6,6 +6,7 @@ the time is spent. See `coverdrive.planning.solver.search` for what is searched.
 
 import math
 import time
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +28,7 @@ from coverdrive.planning.rules.ego_state import assumed_state, continued, plausi
 from coverdrive.planning.rules.follower import without_follower
 from coverdrive.planning.rules.leaders import Leaders, LeaderSettings, braking, leaders_of
 from coverdrive.planning.rules.manners import NONE, MannersSettings
+from coverdrive.planning.rules.merging import merge
 from coverdrive.planning.rules.path_memory import PathMemory
 from coverdrive.planning.rules.target_lanes import TargetLanes, target_lanes
 from coverdrive.planning.rules.wish import NO_WISH, Wish
@@ -286,9 +288,15 @@ class MpcPlanner:
             paths = without_follower(state, paths, road)
         leaders = leaders_of(state, settings.problem.vehicle.length / 2, paths, road)
         targets = target_lanes(state, road, horizon)
+        speed = settings.problem.cost.reference_speed if call.wish.speed is None else call.wish.speed
         if call.wish.urgent or call.wish.away(targets.lanes[:1]).any():
             call = call._replace(manners=NONE)
-        speed = settings.problem.cost.reference_speed if call.wish.speed is None else call.wish.speed
+        elif call.manners.like != "paper":
+            merging = merge(state, paths, road, targets.lanes, settings.problem, call.manners.headway)
+            if merging is not None:
+                speed = min(speed, merging.speed)
+                manners = call.manners.model_copy(update={"headway": merging.headway})
+                call = call._replace(wish=replace(call.wish, speed=speed), manners=manners)
         lost = leaders.lost(targets.lasting, speed, horizon, horizon + settings.leaders.foresight)
         targets = targets._replace(lost=lost)
         own = targets._replace(lanes=targets.lanes[:1], lat=targets.lat[:1])
@@ -376,7 +384,7 @@ class MpcPlanner:
         return np.array(
             [
                 settings.lane_change * (lane != held)
-                + settings.lane_end * (not lasting[lane])
+                + (settings.lane_end if lane == targets.lanes[0] else _WISHED_LANE) * (not lasting[lane])
                 + per_lost * lost[lane]
                 + _WISHED_LANE * lanes
                 for lane, lanes in zip(targets.lanes, away, strict=True)
