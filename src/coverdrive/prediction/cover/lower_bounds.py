@@ -48,13 +48,13 @@ def packing(points: Float[np.ndarray, "N T 2"], radius: float, seed: int = 0) ->
     single = jnp.asarray(points, dtype=jnp.float32)
     reach = 2 * radius + _slack(points, radius)
     sample = np.random.default_rng(seed).permutation(len(points))[:_CHUNK]
-    neighbours = _held(single[sample], np.ones(len(sample)), single, reach)
+    neighbours = _held(sample, np.ones(len(sample)), single, reach)
     free = np.ones(len(points), dtype=bool)
     chosen: list[int] = []
     for index in np.argsort(neighbours, kind="stable"):
         if free[index]:
             chosen.append(int(index))
-            free &= ~_ball(single, int(index), reach)
+            free &= ~np.asarray(_ball(single, index, reach))
     return np.array(chosen, dtype=np.int64)
 
 
@@ -75,16 +75,16 @@ def fractional_bound(
     best = FractionalBound(rows[:0], np.zeros(0))
     for _ in range(rounds):
         weights, shares = _solve(points, rows, columns, reach)
-        held = _held(centres[rows], weights, centres, reach)
+        held = _held(rows, weights, centres, reach)
         most = max(float(held.max()), 1.0) * (1 + _ROUNDING)
         if weights.sum() / most > best.value:
             best = FractionalBound(rows, weights / most)
-        heavy = _spread(held, lambda centre: _ball(centres, centre, radius / 2), above=_TIGHT)
+        heavy = _spread(held, lambda centre: np.asarray(_ball(centres, centre, radius / 2)), above=_TIGHT)
         if len(np.setdiff1d(heavy, columns)):
             columns = np.union1d(columns, heavy)
             continue
-        missing = 1 - _held(centres[columns], shares, centres, reach)
-        bare = _spread(missing, lambda point: _ball(centres, point, radius / 2), above=_ROUNDING)
+        missing = 1 - _held(columns, shares, centres, reach)
+        bare = _spread(missing, lambda point: np.asarray(_ball(centres, point, radius / 2)), above=_ROUNDING)
         if len(bare) == 0:
             break
         rows, columns = np.union1d(rows, bare), np.union1d(columns, bare)
@@ -102,28 +102,29 @@ def _solve(
 
 
 def _held(
-    at: Float[Array, "R T 2"], weights: Float[np.ndarray, " R"], around: Float[Array, "C T 2"], radius: float
-) -> Float[np.ndarray, " C"]:
-    """Weight of the points ``at`` in the ball around every centre."""
-    total = np.zeros(len(around))
+    rows: Int[np.ndarray, " R"], weights: Float[np.ndarray, " R"], points: Float[Array, "N T 2"], radius: float
+) -> Float[np.ndarray, " N"]:
+    """Weight of the points ``rows`` in the ball around every point."""
+    total = np.zeros(len(points))
     used = np.flatnonzero(weights > 0)
     for start in range(0, len(used), _CHUNK):
         chunk = used[start : start + _CHUNK]
         padding = _CHUNK - len(chunk)
-        padded = jnp.asarray(np.pad(weights[chunk], (0, padding)), dtype=jnp.float32)
-        total += np.asarray(_weigh(at[np.pad(chunk, (0, padding))], padded, around, radius))
+        padded = np.pad(weights[chunk], (0, padding)).astype(np.float32)
+        total += np.asarray(_weigh(rows[np.pad(chunk, (0, padding))], padded, points, radius))
     return total
 
 
 @jax.jit
 def _weigh(
-    at: Float[Array, "R T 2"], weights: Float[Array, " R"], around: Float[Array, "C T 2"], radius: Float[Array, ""]
-) -> Float[Array, " C"]:
-    return weights @ within(at, around, radius)
+    rows: Int[Array, " R"], weights: Float[Array, " R"], points: Float[Array, "N T 2"], radius: Float[Array, ""]
+) -> Float[Array, " N"]:
+    return weights @ within(points[rows], points, radius)
 
 
-def _ball(points: Float[Array, "N T 2"], centre: int, radius: float) -> Bool[np.ndarray, " N"]:
-    return np.asarray(within(points[centre : centre + 1], points, radius))[0]
+@jax.jit
+def _ball(points: Float[Array, "N T 2"], centre: Int[Array, ""], radius: Float[Array, ""]) -> Bool[Array, " N"]:
+    return within(points[centre][None], points, radius)[0]
 
 
 def _spread(
