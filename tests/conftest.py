@@ -3,6 +3,7 @@
 import os
 import shutil
 import signal
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -64,11 +65,19 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def keep_machine_code(folder: Path, optimize: bool) -> None:
-    """Let JAX keep what it compiles, and compile quickly unless it is to optimize; it is not imported yet."""
-    folder = folder / ("optimized" if optimize else "quick")
-    os.environ["JAX_COMPILATION_CACHE_DIR"] = str(folder)
-    os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0"
-    os.environ["JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES"] = "-1"
+    """Let JAX keep what it compiles, and compile quickly unless it is to optimize.
+
+    It reads the environment when it is imported, as it may have been by a conftest.py of what was named.
+    """
+    kept = {
+        "jax_compilation_cache_dir": str(folder / ("optimized" if optimize else "quick")),
+        "jax_persistent_cache_min_compile_time_secs": 0,
+        "jax_persistent_cache_min_entry_size_bytes": -1,
+    }
+    os.environ.update({name.upper(): str(value) for name, value in kept.items()})
+    if "jax" in sys.modules:
+        for name, value in kept.items():
+            sys.modules["jax"].config.update(name, value)
     if not optimize:
         os.environ["XLA_FLAGS"] = "--xla_backend_optimization_level=0 --xla_llvm_disable_expensive_passes=true"
 
