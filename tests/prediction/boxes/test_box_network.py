@@ -1,5 +1,6 @@
 """Boxes by compiled code against those that the network gives in training."""
 
+import jax
 import numpy as np
 import pytest
 
@@ -20,7 +21,8 @@ def test_boxes_are_those_of_the_network(inputs: Inputs, members: int, points: in
     network = BoxNetwork(
         Network.create(SOME, hidden, outputs, RNG, members, inputs, "boxes"), RNG.uniform(0.1, 3, (points, 2))
     )
-    centre, size = decoded(network.network.outputs(network.network.scaled(SOME)), network.usual)
+    outputs = network.network.outputs
+    centre, size = jax.jit(lambda scaled: decoded(outputs(scaled), network.usual))(network.network.scaled(SOME))
     found = network.function(SOME)
     np.testing.assert_allclose(found[0], centre.mean(0), rtol=1e-4, atol=1e-5)
     np.testing.assert_allclose(found[1], np.exp(size.mean(0)) * network.usual, rtol=1e-5)
