@@ -48,9 +48,13 @@ def test_keys_and_groups_are_not_asked(fitted: Fit, scenes: tuple[Recording, ...
     assert names(fitted.seen.unseen(others)) == names(fitted.seen.unseen(scenes))
 
 
-def test_recordings_that_it_never_saw_are_kept_whole(fitted: Fit) -> None:
-    new = generate(GeneratedSettings(scenes=3, duration=5.0, vehicles=(4, 5)), seed=9)
+def test_recordings_that_it_never_saw_are_kept_whole(fitted: Fit, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All of them are looked for in what was seen at once."""
+    new, looked = generate(GeneratedSettings(scenes=3, duration=5.0, vehicles=(4, 5)), seed=9), list[int]()
+    shared_with = Seen.shared_with
+    monkeypatch.setattr(Seen, "shared_with", lambda *given: looked.append(len(given[1])) or shared_with(*given))
     kept = fitted.seen.unseen(new)
+    assert looked == [3]
     assert names(kept) == names(new)
     assert all(one.table.equals(other.table) for one, other in zip(kept, new, strict=True))
 
@@ -100,7 +104,7 @@ def test_the_last_second_of_a_recording_is_not_looked_for_again(monkeypatch: pyt
     segments = cut_segments([recording])
     sides = (np.flatnonzero(chosen) for chosen in (segments.group < 5, segments.group == 5, segments.group > 5))
     told = Seen.of([recording], segments, Split(*sides, dropped=0))
-    monkeypatch.setattr(Seen, "shared_with", lambda *_: "all")
+    monkeypatch.setattr(Seen, "shared_with", lambda *_: ["all"])
     (kept,) = told.unseen([recording])
     assert end not in segments.group and kept.table["group"].unique().sort().to_list() == [7, 8, end]
 
@@ -113,7 +117,8 @@ def test_who_trained_is_recognised_in_the_next_minute() -> None:
     trained = np.flatnonzero(segments.group == 0)
     told = Seen.of([halves], segments, Split(trained, trained[:0], trained[:0], dropped=0))
     later = halves.table.filter(pl.col("time") > 22.0).with_columns(vehicle=pl.col("vehicle") + 50)
-    assert "vehicles of generated 1" in told.shared_with(replace(whole, table=later.drop("identity"), name="anew"))
+    (shared,) = told.shared_with([replace(whole, table=later.drop("identity"), name="anew")])
+    assert "vehicles of generated 1" in shared
 
 
 WINDOW = 3.1
@@ -158,7 +163,7 @@ def judged(folder: Path, few: bool, tries: int, seed: int) -> tuple[int, int, in
     for _ in range(tries):
         number, fold = int(random.choice(long)), seen[random.integers(2)]
         used = bool(fold.sources[number].used)
-        found = bool(fold.shared_with(cut(recordings[number], random)))
+        found = bool(fold.shared_with([cut(recordings[number], random)])[0])
         refused, tried, wrongly = refused + (found and used), tried + used, wrongly + (found and not used)
     return refused, tried, wrongly
 
@@ -187,9 +192,9 @@ def test_a_cut_of_frames_between_two_steps_is_recognised(late: int, dt: float) -
     moment = (pl.col("time") / 0.04).round() - late
     table = filmed.table.filter(moment >= 0).with_columns(time=0.04 * moment, vehicle=pl.col("vehicle") + 50)
     cut_out = Recording("anew", table.select(SCHEMA.names()), 0.04, filmed.road, {})
-    assert told.shared_with(resampled(cut_out, dt, SmoothingSettings())) == "5 vehicles of generated 1"
     other = generate(GeneratedSettings(scenes=1, duration=20.0, dt=0.04, vehicles=(6, 6)), seed=5)[0]
-    assert told.shared_with(resampled(other, dt, SmoothingSettings())) == ""
+    both = [resampled(each, dt, SmoothingSettings()) for each in (cut_out, other)]
+    assert told.shared_with(both) == ["5 vehicles of generated 1", ""]
 
 
 def test_a_scene_at_5_hz_is_recognised_under_another_name(roads: Path, tmp_path: Path) -> None:
@@ -199,6 +204,15 @@ def test_a_scene_at_5_hz_is_recognised_under_another_name(roads: Path, tmp_path:
     alone, both = (cut_segments(some) for some in (read(file), together([*read(file), *read(copied)])))
     assert len(both) == 2 * len(alone)
     assert len(np.unique(both.vehicle)) == len(np.unique(alone.vehicle)) and len(np.unique(both.group)) == 1
+
+
+def test_each_is_told_as_if_it_was_given_alone(us101: Path) -> None:
+    recordings, seen = both_folds(us101, few=True)
+    random = np.random.default_rng(3)
+    copies = [cut(each, random) for each in recordings if np.ptp(each.table["time"].to_numpy()) > WINDOW]
+    for fold in seen:
+        alone = [fold.shared_with([each])[0] for each in copies]
+        assert any(alone) and not all(alone) and fold.shared_with(copies) == alone
 
 
 def test_what_is_shared_is_named(us101: Path) -> None:

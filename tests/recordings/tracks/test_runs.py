@@ -4,8 +4,9 @@ from itertools import pairwise
 
 import numpy as np
 import polars as pl
+import pytest
 
-from coverdrive.recordings.tracks.runs import COMMON, RUN, STEP, same_runs
+from coverdrive.recordings.tracks.runs import COMMON, RUN, STEP, same_runs, same_runs_as_known
 
 
 def table_of(speeds: np.ndarray, first_moment: int = 0) -> pl.DataFrame:
@@ -62,6 +63,20 @@ def test_runs_that_occur_often_are_not_told():
     for count, found in ((COMMON, COMMON - 1), (COMMON + 1, 0)):
         tables = [table_of(one), table_of(np.repeat(one, count - 1, axis=0))]
         assert len(pairs_of(tables, [0, 1])) == found
+
+
+@pytest.mark.parametrize("copies", [1, 3, COMMON])
+def test_each_table_is_compared_with_the_known_ones_as_if_it_was_given_alone(copies: int):
+    """Runs that occur often in all of those that are given are told, too."""
+    known = [table_of(wavy(seed, 6, 60)) for seed in range(2)]
+    new = [table_of(wavy(seed, 6, 60)) for seed in (2, 3)] * copies + [table_of(np.repeat(wavy(4, 1, 60), 60, axis=0))]
+    rows, expected = sum(map(len, known)), list[tuple[int, int]]()
+    for number, each in enumerate(new):
+        before = sum(map(len, new[:number]))
+        expected += [(one, other + before) for one, other in pairs_of([*known, each], [0, 0, 1])]
+    found = [pair for pairs in same_runs_as_known([*known, *new], 2, [1] * (2 + len(new))) for pair in pairs.T.tolist()]
+    assert len(expected) > 10 * copies and sorted(map(tuple, found)) == sorted(expected)
+    assert all(one < rows <= other for one, other in expected)
 
 
 def test_samples_across_missing_rows_are_another_run():

@@ -95,13 +95,15 @@ class Seen:
         """
         used = {digest for each in self.sources for digest in each.used}
         held_out = {digest for each in self.sources for digest in each.held_out}
-        kept = list[Recording]()
+        kept, unknown = list[Recording](), list[Recording]()
         for recording in together(recordings):
-            known = [(table, digest) for table, digest in _scenes(recording) if digest not in used]
-            new = [table for table, digest in known if digest not in held_out]
-            self.refuse([replace(recording, table=pl.concat(new))] if new else [])
-            if known:
-                kept.append(replace(recording, table=pl.concat(table for table, _ in known).sort("vehicle", "time")))
+            left = [(table, digest) for table, digest in _scenes(recording) if digest not in used]
+            if new := [table for table, digest in left if digest not in held_out]:
+                unknown.append(replace(recording, table=pl.concat(new)))
+            if left:
+                kept.append(replace(recording, table=pl.concat(table for table, _ in left).sort("vehicle", "time")))
+        if unknown:
+            self.refuse(unknown)
         return tuple(kept)
 
     def from_all(self, recordings: Sequence[Recording]) -> bool:
@@ -110,26 +112,32 @@ class Seen:
 
     def refuse(self, recordings: Sequence[Recording]) -> None:
         """Raise `DataError`, saying what they share, if recordings show vehicles that trained or calibrated."""
-        told = [f"{each.name} shows {told}" for each in recordings if (told := self.shared_with(each))]
+        found = zip(recordings, self.shared_with(recordings), strict=True)
+        told = [f"{each.name} shows {shared}" for each, shared in found if shared]
         if told:
             raise DataError(
                 f"{'; '.join(told)}, which trained or calibrated the predictor; give the recordings of the fit as they "
                 "were read for it, of which only scenes of the test side are used, or entirely new ones"
             )
 
-    def shared_with(self, recording: Recording) -> str:
-        """How many of its vehicles are in which of the recordings seen, in words; empty if none is."""
+    def shared_with(self, recordings: Sequence[Recording]) -> list[str]:
+        """How many vehicles of each are in which of the recordings seen, in words; empty if none is."""
         parts = self.tracks.partition_by("recording", maintain_order=True)
-        sources = [self.sources[part["recording"][0]] for part in parts]
-        names = [*(each.name for each in sources), recording.name]
-        tracks, files = [*map(_raw, parts), tracks_of(recording)], [0] * len(parts) + [1]
-        steps = [*(each.dt for each in sources), recording.file_dt]
-        worth: list[Numbers] = [*(each.numbers for each in sources), numbers_of(recording)]
-        pairs = pl.concat([shared_vehicles(tracks, files, steps), same_numbers(tracks, files, names, worth)])
-        if pairs.is_empty():
-            return ""
-        count, where = pairs["vehicle_b"].n_unique(), [names[number] for number in pairs["recording"].unique().sort()]
-        return f"{count} vehicle{'s' * (count > 1)} of {', '.join(where)}"
+        sources, known = [self.sources[part["recording"][0]] for part in parts], len(parts)
+        names = [each.name for each in (*sources, *recordings)]
+        tracks = [*map(_raw, parts), *map(tracks_of, recordings)]
+        files = [0] * known + [1] * len(recordings)
+        steps = [*(each.dt for each in sources), *(each.file_dt for each in recordings)]
+        worth: list[Numbers] = [*(each.numbers for each in sources), *map(numbers_of, recordings)]
+        pairs = pl.concat([shared_vehicles(tracks, files, steps, known), same_numbers(tracks, files, names, worth)])
+        shared = pairs.partition_by("recording_b", as_dict=True)
+        return [_told(shared.get((number,), pairs.clear()), names) for number in range(known, len(names))]
+
+
+def _told(pairs: pl.DataFrame, names: list[str]) -> str:
+    """How many vehicles are shared with which recordings, in words."""
+    count, where = pairs["vehicle_b"].n_unique(), [names[number] for number in pairs["recording"].unique().sort()]
+    return f"{count} vehicle{'s' * (count > 1)} of {', '.join(where)}" if count else ""
 
 
 def _scenes(recording: Recording) -> Iterator[tuple[pl.DataFrame, str]]:

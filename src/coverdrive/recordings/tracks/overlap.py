@@ -15,7 +15,7 @@ import polars as pl
 from jaxtyping import Bool, Float, Int
 
 from coverdrive.recordings.tracks.repair import RawTracks
-from coverdrive.recordings.tracks.runs import same_runs
+from coverdrive.recordings.tracks.runs import same_runs, same_runs_as_known
 
 SPACING = 0.1
 """[s] between two samples at least: those of 25 Hz differ by less than the resolution, so that any two tracks agree"""
@@ -50,19 +50,23 @@ class _Rows(NamedTuple):
     last: Int[np.ndarray, " R"]
 
 
-def shared_vehicles(tracks: Sequence[RawTracks], files: Sequence[int], steps: Sequence[float]) -> pl.DataFrame:
+def shared_vehicles(
+    tracks: Sequence[RawTracks], files: Sequence[int], steps: Sequence[float], known: int = 0
+) -> pl.DataFrame:
     """The vehicles that two recordings share at the same time: recording, vehicle and group, and those ``_b`` there.
 
     A pair of vehicles has a row for each pair of groups that they share, which are numbered through all of the tracks.
     ``files`` are the file that each of the recordings is from: those of one file are not compared; ``steps`` the time
-    [s] between their rows: those of different ones are neither.
+    [s] between their rows: those of different ones are neither. If the first ones are ``known``, each other one is
+    compared with these alone, whatever it is given with.
     """
     if len(set(files)) < 2:
         return pl.DataFrame(schema=SHARED)
     every = [math.ceil(SPACING / step - 0.01) for step in steps]
     ordered = [_ordered(track) for track in tracks]
     everybody = pl.concat(table.with_columns(recording=pl.lit(number)) for number, table in enumerate(ordered))
-    matches = _found(everybody, same_runs(ordered, files, every))
+    pairs = same_runs_as_known(ordered, known, every) if known else same_runs(ordered, files, every)
+    matches = _found(everybody, pairs)
     others = everybody.join(
         matches, left_on=("recording", "vehicle"), right_on=("recording_b", "vehicle_b"), how="semi"
     )

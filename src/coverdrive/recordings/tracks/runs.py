@@ -47,16 +47,36 @@ def same_runs(
         yield np.stack([row[differ], row[differ + later]]).astype(np.int64)
 
 
+def same_runs_as_known(
+    tables: Sequence[pl.DataFrame], known: int, every: Sequence[int]
+) -> Iterator[Int[np.ndarray, "2 M"]]:
+    """As `same_runs` of all known tables, which are the first ones, as one file and each other one alone as another."""
+    runs = list(_runs_of_each(tables, every))
+    old = pl.concat(runs[:known]).sort("key")
+    new = pl.concat(each.with_columns(own=pl.len().over("key")) for each in runs[known:]).sort("key")
+    begin, end = (old["key"].search_sorted(new["key"], side).to_numpy() for side in ("left", "right"))
+    few = end - begin + new["own"].to_numpy() <= COMMON
+    for later in range(COMMON):
+        both = np.flatnonzero(few & (begin + later < end))
+        rows = old["row"].to_numpy()[begin[both] + later], new["row"].to_numpy()[both]
+        yield np.stack(rows).astype(np.int64)
+
+
 def _runs_of_several(tables: Sequence[pl.DataFrame], files: Sequence[int], every: Sequence[int]) -> pl.DataFrame:
     """The telling runs that occur in several files, sorted by key and file: key, file, and row of the first sample."""
-    runs, before = list[pl.DataFrame](), 0
-    for table, file, step in zip(tables, files, every, strict=True):
-        numbered = table.with_row_index("row", before)
-        for part in (numbered, _without_held(numbered)):
-            runs.append(_runs(part, step).with_columns(file=pl.lit(file, pl.Int32)))
-        before += len(table)
+    of_each = zip(_runs_of_each(tables, every), files, strict=True)
+    runs = [each.with_columns(file=pl.lit(file, pl.Int32)) for each, file in of_each]
     several = pl.col("file").min().over("key") < pl.col("file").max().over("key")
     return pl.concat(runs).filter(pl.len().over("key") <= COMMON, several).sort("key", "file")
+
+
+def _runs_of_each(tables: Sequence[pl.DataFrame], every: Sequence[int]) -> Iterator[pl.DataFrame]:
+    """The telling runs of each table: key, and row of the first sample, numbered through all of them."""
+    before = 0
+    for table, step in zip(tables, every, strict=True):
+        numbered = table.with_row_index("row", before)
+        yield pl.concat(_runs(part, step) for part in (numbered, _without_held(numbered)))
+        before += len(table)
 
 
 def _without_held(table: pl.DataFrame) -> pl.DataFrame:
