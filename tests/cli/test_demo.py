@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from command import coverdrive
-from coverdrive.cli.demo import STORED
+from coverdrive.cli.demo import STORED, _unpack
 from coverdrive.errors import DataError
 from coverdrive.results import Results
 from coverdrive.simulation.drives.storage import load_trace
@@ -84,6 +84,22 @@ def test_a_dial_of_it_is_refused_before_it_drives(tmp_path: Path) -> None:
     shown("--no-open", "--out", tmp_path)
     assert "scores.safetensors cannot be read" in coverdrive("dial", tmp_path, "--scales", "0.4", status=2)
     assert not [*tmp_path.glob("dial*")]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a disk that is always full")
+def test_what_has_no_room_is_not_there_and_comes_with_the_next_call(tmp_path: Path) -> None:
+    write = Path.write_bytes
+
+    def filling(path: Path, content: bytes) -> int:
+        return write(path if path.suffix == ".json" else Path("/dev/full"), content)
+
+    with pytest.MonkeyPatch.context() as patch, zipfile.ZipFile(STORED) as stored:
+        patch.setattr(Path, "write_bytes", filling)
+        assert "No space left on device" in coverdrive("demo", "--no-open", "--out", tmp_path, status=2)
+        found = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+        assert found == {name: stored.read(name) for name in ("manifest.json", "certificate.json")}
+    _unpack(tmp_path)
+    assert Results(tmp_path).predictor
 
 
 def test_other_files_are_left_alone(tmp_path: Path, opened: list[str]) -> None:

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from coverdrive.cli.shared.bars import stages, waiting
 from coverdrive.cli.shared.options import console
 from coverdrive.errors import SettingError
+from coverdrive.files import write_atomically
 
 STORED = Path(__file__).with_name("demo.zip")
 """a results folder, made by ``tools/demo_results.py``"""
@@ -82,4 +83,5 @@ def _unpack(folder: Path) -> None:
         same = manifest.is_file() and manifest.read_bytes() == stored.read(manifest.name)
         if not same and folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
             raise SettingError(f"{folder} holds something else; name another folder, as in `--out there`")
-        stored.extractall(folder)
+        for name in sorted(stored.namelist(), key=lambda each: each != manifest.name):  # it tells them if room ends
+            write_atomically(folder / name, lambda file, name=name: file.write_bytes(stored.read(name)))
