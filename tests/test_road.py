@@ -4,8 +4,10 @@ import jax
 import numpy as np
 import pytest
 
+from coverdrive.errors import SettingError
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import LaneEdges, Road
+from shape_checks import unchecked
 
 RADIUS = 200.0
 LINE = ReferenceLine(np.array([3.0, 4.0]), 0.4, np.full(301, 1 / RADIUS), 300.0, lat=2.0)
@@ -81,6 +83,12 @@ def test_mirrored_roads():
     assert np.stack(CURVED.mirrored().to_map(lon, -lat)) == pytest.approx(np.stack([x, -y]), abs=1e-9)
     assert WITH_RAMP.mirrored().edges_at(lon) == pytest.approx(-WITH_RAMP.edges_at(lon)[:, ::-1])
     assert (WITH_RAMP.side, WITH_RAMP.mirrored().side) == ("right", "left")
+
+
+@pytest.mark.parametrize("edges", [[0.0, 3.6], (0.0, 3.6)])
+def test_bare_numbers_are_refused_where_they_are_given(edges):
+    with unchecked(), pytest.raises(SettingError, match=r"expected an array, as np\.array\(.0\.0, 3\.6"):
+        Road(edges, 100.0)
 
 
 def test_roads_are_trees_of_arrays():

@@ -67,6 +67,13 @@ class Road:
     side: Literal["right", "left"] = field(default="right", metadata={"static": True})
     """of the road on which vehicles drive, and slower ones of a carriageway"""
 
+    def __post_init__(self) -> None:
+        """Refuse edges that cannot be calculated with; JAX puts other things than arrays into the fields, too."""
+        if isinstance(self.edges, list | tuple):
+            raise SettingError(
+                f"the edges of a road: expected an array, as np.array({self.edges}); got the bare numbers"
+            )
+
     def same(self, other: "Road") -> bool:
         """Whether they have the same line and lanes, so that what is at a position of one is there on the other."""
         if self is other:

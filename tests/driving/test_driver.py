@@ -116,11 +116,11 @@ def test_another_road_is_driven_from_its_first_moment_on(curvature: float, measu
 @pytest.mark.parametrize(
     "road",
     [Road(np.array([7.2, 3.6, 0.0]), 100.0), Road(np.array([0.0, np.nan]), 100.0), Road(np.zeros(1), 100.0),
-     Road(np.array([0.0, 3.6]), np.nan)],
-    ids=["from the left", "nowhere", "no lane", "no length"],
+     Road(np.array([0.0, 3.6]), np.nan), *(Road(np.array([0.0, 3.6]), 100.0, speed_limit=v) for v in (-5.0, np.nan))],
+    ids=["from the left", "nowhere", "no lane", "no length", "backwards", "no limit"],
 )  # fmt: skip
 def test_roads_that_nobody_can_drive_on_are_refused(road: Road) -> None:
-    with pytest.raises(DataError, match=r"the road (has lane edges|is nan m long).*expected"):
+    with pytest.raises(DataError, match=r"the (road has lane edges|road is nan m long|speed limit is).*expected"):
         Driver(PREDICTOR).step(OWN, OTHERS, road)
 
 

@@ -18,6 +18,7 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Planner, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.problem.vehicle import step
+from coverdrive.recordings.checks import wrong_speed_limit
 from coverdrive.recordings.tracks.smoothing import SmoothingSettings
 from coverdrive.road import Road
 from coverdrive.road_ahead import controls
@@ -172,6 +173,8 @@ def _check(road: Road) -> None:
         raise DataError(f"the road has lane edges at lat = {edges.tolist()} m; {expected}")
     if not float(road.length) > 0:
         raise DataError(f"the road is {float(road.length):g} m long; expected more than 0")
+    for wrong in wrong_speed_limit(road.speed_limit):
+        raise DataError(wrong)
 
 
 def adapted(settings: PlannerSettings, **wishes: float) -> PlannerSettings:
