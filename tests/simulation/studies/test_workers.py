@@ -2,6 +2,7 @@
 
 import gc
 import os
+import time
 from collections.abc import Generator
 from functools import partial
 from pathlib import Path
@@ -58,6 +59,12 @@ def test_functions_are_all_called_in_this_process_or_in_others(processes: int, t
     files = [tmp_path / str(number) for number in range(3)]
     assert len(list(call_all([partial(note_process, file) for file in files], processes))) == 3
     assert all((file.read_text() == str(os.getpid())) == (processes == 1) for file in files)
+
+
+def test_who_stops_early_is_not_warned_of_what_is_left():
+    calls = call_all([partial(time.sleep, 0.2)] * 6, 2)
+    next(calls)
+    calls.close()
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")

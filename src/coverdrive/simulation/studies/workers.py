@@ -9,7 +9,8 @@ import os
 import pickle
 import threading
 import uuid
-from collections.abc import Callable, Generator, Sequence
+import warnings
+from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from functools import cache, partial
@@ -63,7 +64,7 @@ def run_trials(setup: Drives, trials: Sequence[int], workers: int, cluster: str 
     if at_once > 1 or cluster is not None:
         study = uuid.uuid4().hex
         with _processes() if cluster is None else _cluster(cluster):
-            yield from _parallel(at_once)(delayed(_run_in_worker)(setup, study, trial) for trial in trials)
+            yield from _parallel(at_once, (delayed(_run_in_worker)(setup, study, trial) for trial in trials))
     else:
         participants = setup.participants()
         gc.freeze()
@@ -83,7 +84,7 @@ def call_all(functions: Sequence[Callable[[], object]], workers: int) -> Generat
     """
     if workers > 1 and len(functions) > 1:
         with _processes():
-            for _ in _parallel(workers)(delayed(_called)(each) for each in functions):
+            for _ in _parallel(workers, (delayed(_called)(each) for each in functions)):
                 yield
     else:
         for each in functions:
@@ -120,8 +121,16 @@ def end_processes() -> None:
     get_reusable_executor(reuse=True).shutdown(kill_workers=True)  # pyright: ignore[reportArgumentType]
 
 
-def _parallel(workers: int) -> Any:
-    return Parallel(n_jobs=workers, batch_size=1, return_as="generator_unordered")  # pyright: ignore[reportArgumentType]
+def _parallel(workers: int, calls: Iterable[Any]) -> Generator[Any]:
+    """What calls of joblib's return, as they are done; of those left when the caller stops, joblib would warn."""
+    parallel = Parallel(n_jobs=workers, batch_size=1, return_as="generator_unordered")  # pyright: ignore[reportArgumentType]
+    found: Any = parallel(calls)
+    try:
+        for each in found:  # noqa: UP028 - `yield from` would end it before warnings are silent
+            yield each
+    finally:
+        with warnings.catch_warnings(category=UserWarning, action="ignore"):
+            found.close()
 
 
 @contextmanager
