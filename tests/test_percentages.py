@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import coverdrive
-from coverdrive.percentages import at_most, change, interval, percent
+from coverdrive.percentages import at_most, change, counted, interval, percent
 
 
 def test_percentages_have_a_space_and_no_needless_zeros() -> None:
@@ -28,6 +28,14 @@ def test_bounds_from_above_are_rounded_up() -> None:
         "10 %", "14.4 %", "13.59 %", "13.59 %", "0.1235 %", "0.2 %", "0 %", "100 %",
     ]  # fmt: skip
     assert at_most(0.07230000000000001, 3) == "7.23 %" and at_most(0.0723001, 3) == "7.24 %"
+
+
+def test_one_is_no_plural_and_thousands_are_separated() -> None:
+    assert [counted(number, "scene group") for number in (0, 1, 2, 1200)] == [
+        "0 scene groups", "1 scene group", "2 scene groups", "1,200 scene groups",
+    ]  # fmt: skip
+    files = Path(coverdrive.__file__).parent.rglob("*.py")
+    assert [each.name for each in files if re.search(r"[\"']s[\"'] \*", each.read_text("utf-8"))] == ["percentages.py"]
 
 
 def test_nothing_writes_percentages_in_another_way() -> None:

@@ -1,4 +1,4 @@
-"""How shares are written for readers: 10 %, not 10.000%."""
+"""How shares and numbers are written for readers: 10 %, not 10.000%; 1 vehicle, not 1 vehicles."""
 
 import math
 
@@ -18,6 +18,11 @@ def percent(share: float, digits: int = 3) -> str:
     if share < 1 and float(said) >= 100:
         said = f"{100 * share:.{math.ceil(-math.log10(100 * (1 - share)))}f}"
     return f"{said} %"
+
+
+def counted(number: int, noun: str) -> str:
+    """So many of what a noun names, as in 1 vehicle or 1,200 vehicles."""
+    return f"{number:,} {noun}{'s' * (number != 1)}"
 
 
 def change(difference: float) -> str:

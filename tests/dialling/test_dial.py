@@ -156,7 +156,7 @@ def test_drives_that_cannot_start_are_none(vehicles, turned: Dialled, tmp_path: 
     setup = replace(SETUP, traffic=Crowded, vehicles=vehicles)
     found = dialled(setup, PREDICTOR, tmp_path / "crowded", REQUEST)
     assert (found.scale, found.reached, found.proofs) == (turned.scale, turned.reached, turned.proofs)
-    assert "; among 1 vehicles within" in found.place
+    assert "; among 1 vehicle within" in found.place
     table = StudyFolder(tmp_path / "crowded" / "proof" / "0.6").table()
     assert table["trial"].to_list() == list(range(table.height)) and table.height > found.proofs[0].drives
     before = Bold.driven

@@ -18,6 +18,7 @@ from coverdrive.certificates.certificate import Certificate, Unit, fingerprint
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import CertificateError
 from coverdrive.linked import parts_of_groups
+from coverdrive.percentages import counted
 
 
 @dataclass(frozen=True)
@@ -275,7 +276,7 @@ def refusal(kind: Unit, count: int, outside: int, epsilon: float, allowed: int, 
 
     ``least`` is the smallest bound that so many units can prove.
     """
-    units = f"{count} calibration {kind}{'s' * (count != 1)}"
+    units = counted(count, f"calibration {kind}")
     if allowed < 0:
         return CertificateError(
             f"{units} cannot prove ε = {epsilon:g}; the smallest ε possible with them is {least:.3g}, so allow that "

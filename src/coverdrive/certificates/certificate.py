@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from coverdrive.percentages import at_most, percent
+from coverdrive.percentages import at_most, counted, percent
 
 Unit = Literal["window", "vehicle", "share", "group"]
 """What is bounded: how many single windows are missed; how many vehicles (one misses if any of its windows does); the
@@ -91,7 +91,7 @@ class Certificate:
             sure = f"With {percent(self.confidence, 10)} confidence"
         return (
             f"{sure}, {self._miss} is at most {at_most(self.epsilon)} "
-            f"({self.method}, {self.samples:,} calibration {self.noun}s{self._origin}{self._uncovered}, "
+            f"({self.method}, {counted(self.samples, f'calibration {self.noun}')}{self._origin}{self._uncovered}, "
             f"{f'{self.bases} bases' if self.bases > 1 else 'boxes'}"
             f"{'' if self.scale == 1 else f' of {self.scale:g} times the calibrated size'}"
             f"{'' if self.support is None else f', {self.support} supporting {self.noun}s'}), if new {self.noun}s are "
@@ -100,8 +100,8 @@ class Certificate:
 
     @property
     def _origin(self) -> str:
-        vehicles = f" of {self.vehicles:,} vehicles" if self.unit in ("window", "group") else ""
-        scenes = f" in {self.scenes:,} scene group{'s' * (self.scenes != 1)}" if self.unit != "group" else ""
+        vehicles = f" of {counted(self.vehicles, 'vehicle')}" if self.unit in ("window", "group") else ""
+        scenes = f" in {counted(self.scenes, 'scene group')}" if self.unit != "group" else ""
         return vehicles + scenes if self.scenes else ""
 
     @property

@@ -30,6 +30,7 @@ from scipy import optimize, special
 from coverdrive.certificates.calibration import Calibration, Claim
 from coverdrive.certificates.certificate import NOUNS
 from coverdrive.errors import CertificateError
+from coverdrive.percentages import counted
 
 _MOST_STAKED, _FRACTIONS = 0.99, 6
 """the largest fraction, and how many there are"""
@@ -101,8 +102,7 @@ def last_level(calibration: Calibration, claim: Claim, level: Float[np.ndarray, 
 
 
 def _refusal(calibration: Calibration, claim: Claim, losses: Float[np.ndarray, " n"]) -> str:
-    plural = "s" * (len(losses) != 1)
-    asked = f"{len(losses)} calibration {NOUNS[calibration.kind]}{plural} cannot prove ε = {claim.bound:g}"
+    asked = f"{counted(len(losses), f'calibration {NOUNS[calibration.kind]}')} cannot prove ε = {claim.bound:g}"
     needed = units_needed(claim.bound, claim.confidence)
     if needed > len(losses):
         least = loss_limit(np.zeros(len(losses)), claim.confidence)

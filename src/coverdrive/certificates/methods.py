@@ -20,7 +20,7 @@ from coverdrive.certificates.nested_sets import nested_sets
 from coverdrive.certificates.rule import Rule
 from coverdrive.certificates.support_vectors import support_vectors
 from coverdrive.errors import CertificateError
-from coverdrive.percentages import percent
+from coverdrive.percentages import counted, percent
 
 USUAL = 0.1
 """the bound ε that is asked for where nobody says another"""
@@ -141,7 +141,7 @@ def provable_epsilon(
     """
     least = smallest_epsilon(method, claim, bases, count, uncovered, unit)
     outside = f", of which {uncovered} leave the tube of every base," if uncovered and not of_mean(unit) else ""
-    units = f"{count} calibration {NOUNS.get(unit, unit)}{'s' * (count != 1)}{outside}"
+    units = counted(count, f"calibration {NOUNS.get(unit, unit)}") + outside
     by = f" by {method}" + ("" if method.marginal else f" with {percent(claim.sure, 10)} confidence")
     more = "give more recordings, or a larger share of them to calibration, or ask for less confidence"
     if method.computes_epsilon and least < 1:

@@ -200,6 +200,7 @@ def drive(
     - among other traffic: `coverdrive drive us101 --vehicles 8 --traffic aggressive`
     """
     with waiting():
+        from coverdrive.percentages import counted
         from coverdrive.reporting.drives.active_constraints import problem_of
         from coverdrive.reporting.figures.gallery import draw_drive
         from coverdrive.reporting.tables.study import drives_table
@@ -220,7 +221,8 @@ def drive(
         draw_drive(trace, kept, problem_of(study))
     result = measure(trace, setup.seed, trial)
     console.print(driven_on(setup))
-    console.print("{kind} at {time:.1f} s with {vehicles} vehicles".format(**result))
+    among = counted(result["vehicles"], "vehicle")
+    console.print(f"{result['kind']} at {result['time']:.1f} s with {among}")
     if result["cause"] != Cause.NONE:
         console.print("at fault: {at_fault}; {cause}".format(**result))
     console.print(drives_table(study.files.table_of([result])))

@@ -61,6 +61,7 @@ def basis(
     """
     experiment = experiment_of(config, seed=seed, **vars(files), prediction={"segments": {"stride": stride}})
     with waiting():
+        from coverdrive.percentages import counted
         from coverdrive.prediction.cover.basis_study import basis_record, study_bases
         from coverdrive.prediction.data.segments import cut_segments
         from coverdrive.reporting.figures.gallery import draw_bases
@@ -72,7 +73,7 @@ def basis(
     save_bases(experiment, studied, folder)
     with waiting("drawing"):
         draw_bases(studied, segments, folder)
-    console.print(f"{len(segments):,} segments of {studied[0].basis.horizon:g} s")
+    console.print(f"{counted(len(segments), 'segment')} of {studied[0].basis.horizon:g} s")
     console.print(bases_table(studied))
     console.print(f"Bases and figures are in {folder}")
     return {"results": str(folder), "segments": len(segments), "bases": [basis_record(each) for each in studied]}

@@ -19,6 +19,7 @@ from jaxtyping import Int
 from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import DataError
 from coverdrive.files import write_stream
+from coverdrive.percentages import counted
 from coverdrive.prediction.data.segments import Segments
 from coverdrive.prediction.data.split import Split
 from coverdrive.recordings.read import numbers_of, together
@@ -137,7 +138,7 @@ class Seen:
 def _told(pairs: pl.DataFrame, names: list[str]) -> str:
     """How many vehicles are shared with which recordings, in words."""
     count, where = pairs["vehicle_b"].n_unique(), [names[number] for number in pairs["recording"].unique().sort()]
-    return f"{count} vehicle{'s' * (count > 1)} of {', '.join(where)}" if count else ""
+    return f"{counted(count, 'vehicle')} of {', '.join(where)}" if count else ""
 
 
 def _scenes(recording: Recording) -> Iterator[tuple[pl.DataFrame, str]]:

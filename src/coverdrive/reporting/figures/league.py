@@ -4,7 +4,7 @@ from typing import Any
 
 import polars as pl
 
-from coverdrive.percentages import interval
+from coverdrive.percentages import counted, interval
 from coverdrive.reporting.plotting import style
 from coverdrive.reporting.plotting.figure import Axis, Figure, Line, Mark, Panel, crossed
 
@@ -48,7 +48,7 @@ def _panel(world: pl.DataFrame, planners: list[str]) -> Panel:
     name = str(world["world"][0])
     short = name if len(name) <= _LETTERS else f"…{name[1 - _LETTERS :]}"  # the table has all of it
     x, y = Axis("collisions at fault [%]"), Axis("solved [%]" if posed else "mean speed [m/s]")
-    return Panel(marks, x, y, title=f"{short} ({world['drives'][0]} drives)")
+    return Panel(marks, x, y, title=f"{short} ({counted(world['drives'][0], 'drive')})")
 
 
 def _frontier(world: pl.DataFrame) -> Line:

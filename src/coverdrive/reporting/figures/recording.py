@@ -12,6 +12,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from coverdrive.percentages import counted
 from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.summary import accelerations, following
 from coverdrive.reporting.plotting import style
@@ -50,7 +51,7 @@ def road_figure(recording: Recording) -> Figure:
             axes.set(xlabel="time [s]", ylabel="lon [m]" if each == used[0] else "")
             axes.set_title(f"lane {each}", loc="left")
             axes.autoscale_view()
-        figure.suptitle(f"{recording.name}, {table['vehicle'].n_unique()} vehicles", fontsize=8)
+        figure.suptitle(f"{recording.name}, {counted(table['vehicle'].n_unique(), 'vehicle')}", fontsize=8)
     return figure
 
 

@@ -9,6 +9,7 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
+from coverdrive.percentages import counted
 from coverdrive.prediction.learning.affordance import FEATURES
 from coverdrive.progress import done, stage
 from coverdrive.reporting.contents import Contents
@@ -93,7 +94,7 @@ def _replays(contents: Contents) -> list[dict[str, Any]]:
         near = trace.outcome.kind is Kind.FINISHED and trial in near_misses
         data = {**replay_data(trial, trace, contents.problem), "near": near}
         vehicles, ended = int(trace.scene.valid[0].sum()) - 1, trace.outcome.kind.value + ", near miss" * near
-        label = f"trial {trial}: {vehicles} vehicles, {ended}"
+        label = f"trial {trial}: {counted(vehicles, 'vehicle')}, {ended}"
         replays.append({"trial": trial, "label": label, "json": _script_json(data)})
         done(len(replays), len(contents.traces))
     return replays

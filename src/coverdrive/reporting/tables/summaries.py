@@ -7,7 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from coverdrive.certificates.comparison import Compared
-from coverdrive.percentages import at_most, percent
+from coverdrive.percentages import at_most, counted, percent
 from coverdrive.prediction.cover.basis_study import StudiedBasis
 from coverdrive.prediction.fit import Fit
 from coverdrive.prediction.fits.folds import Fold
@@ -61,9 +61,9 @@ def _fit_facts(result: Fit) -> Iterator[tuple[str, str]]:
     for each in result.certificates:
         yield (
             "bound on misses",
-            f"{at_most(each.epsilon)} of {whose(each)}, {strength(each)}, by {each.method} ({each.samples:,} "
-            f"{each.noun}s, {each.uncovered:,} of them uncovered; {each.vehicles:,} vehicles, {each.scenes:,} scene "
-            f"group{'s' * (each.scenes != 1)})",
+            f"{at_most(each.epsilon)} of {whose(each)}, {strength(each)}, by {each.method} "
+            f"({counted(each.samples, each.noun)}, {each.uncovered:,} of them uncovered; "
+            f"{counted(each.vehicles, 'vehicle')}, {counted(each.scenes, 'scene group')})",
         )
         if each.prediction_epsilon is not None and each.paper_epsilon is not None:
             ours = "exact" if each.support is None else f"by {each.support} supporting {each.noun}s"

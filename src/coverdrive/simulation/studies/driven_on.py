@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from coverdrive.percentages import counted
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.simulation.roads.initial import InitialSettings
 from coverdrive.simulation.roads.places import PLACES, Place
@@ -25,8 +26,8 @@ def driven_on(setup: Setup) -> str:
     owners: tuple[Any, ...] = (traffic, getattr(traffic, "drivers", None), start)
     spread = next(each for each in owners if hasattr(each, "behind"))
     fewest, most = min(setup.vehicles), max(setup.vehicles)
-    number = f"{fewest} to {most}" if fewest < most else str(most)
-    among = f"{number} vehicles within {spread.ahead - spread.behind:g} m, at {start.traffic_speed:g} m/s at the start"
+    among = (f"{fewest} to " if fewest < most else "") + counted(most, "vehicle")
+    among += f" within {spread.ahead - spread.behind:g} m, at {start.traffic_speed:g} m/s at the start"
     return f"Driven on {_which(start, setup.recorded)}: {_looks(start)}; among {among}{wants}."
 
 
@@ -41,7 +42,7 @@ def _which(start: InitialSettings, recorded: InitialSettings | None) -> str:
 
 def _looks(start: InitialSettings) -> str:
     straight = start.smallest_radius > _STRAIGHT
-    looks = [f"{start.lanes} {'straight ' * straight}lane{'s' * (start.lanes > 1)} of {start.lane_width:g} m"]
+    looks = [f"{counted(start.lanes, 'straight ' * straight + 'lane')} of {start.lane_width:g} m"]
     looks += [] if straight else [f"bends of down to {start.smallest_radius:.0f} m radius"]
     looks += [f"an on-ramp whose lane ends after {start.ramp:g} m"] if start.ramp else []
     looks += [f"a limit of {start.speed_limit:g} m/s"] if start.speed_limit < UNLIMITED else []
