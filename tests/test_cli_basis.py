@@ -53,6 +53,7 @@ def test_300_recorded_tracks(us101: Path, tmp_path: Path) -> None:
         (["missing.csv"], "missing.csv"),
         (["--stride", "-1"], "prediction.segments.stride"),
         (["--epsilom", "1"], "--epsilom"),
+        (["--dt", "0.2"], "--dt says how recordings are read, and there are none"),
     ],
 )
 def test_mistakes_are_explained(arguments: list[str], complaint: str, tmp_path: Path, monkeypatch) -> None:

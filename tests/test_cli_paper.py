@@ -35,6 +35,7 @@ def test_both_tables_of_generated_traffic(tmp_path: Path) -> None:
 def test_mistakes_are_explained(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     assert "not a readable TOML file" in coverdrive_paper("--config", "missing.toml", status=2)
+    assert "--dt says how recordings are read" in coverdrive_paper("--dt", "0.2", status=2)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -38,7 +38,8 @@ def paper(
         from coverdrive.paper.tables import make_tables, paper_settings, table_1_bounds
         from coverdrive.prediction.fit import fit
         from coverdrive.reporting.plotting.drawing import save
-    experiment = experiment_of(config, seed=seed, **vars(files)).model_copy(update={"prediction": paper_settings()})
+    experiment = experiment_of(config, seed=seed, **files.settings_for(recording or []))
+    experiment = experiment.model_copy(update={"prediction": paper_settings()})
     sources = {"generated": [], **({"recordings": recording} if recording else {})}
     titles = {"generated": "generated traffic", "recordings": "the recordings"}
     bounds = table_1_bounds()

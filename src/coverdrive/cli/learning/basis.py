@@ -59,7 +59,8 @@ def basis(
     - of generated traffic, to `results/bases/`: `coverdrive basis`
     - of recordings, with one ε: `coverdrive basis scenarios/ --epsilon 1 --out us101`
     """
-    experiment = experiment_of(config, seed=seed, **vars(files), prediction={"segments": {"stride": stride}})
+    asked = {"seed": seed, "prediction": {"segments": {"stride": stride}}}
+    experiment = experiment_of(config, **asked, **files.settings_for(recording))
     with waiting():
         from coverdrive.percentages import counted
         from coverdrive.prediction.cover.basis_study import basis_record, study_bases

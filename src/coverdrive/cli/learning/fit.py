@@ -13,7 +13,6 @@ from cyclopts.validators import Number
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
 from coverdrive.cli.shared.options import console, experiment_of
-from coverdrive.errors import SettingError
 from coverdrive.locks import alone
 
 if TYPE_CHECKING:
@@ -115,12 +114,7 @@ def _recorded(learning: Learning, **parts: Any) -> "tuple[Experiment, Sequence[R
 
     paths, named = learning.recording or [], PLACES.get(learning.road or "")
     if not paths:
-        for name, value in vars(learning.files).items():
-            if value is not None:
-                raise SettingError(
-                    f"--{name} says how recordings are read, and there are none; name some with --recording, or leave "
-                    "it out to learn from generated traffic"
-                )
+        learning.files.settings_for(paths)
         place_of(learning.asked_road, None)  # refuses a recorded one before traffic is generated
     generated = None if paths else named and {**named.parts, "generated": named.road}
     experiment = learning.experiment(road=generated, **parts)

@@ -208,6 +208,16 @@ class Files:
         ),
     ] = None
 
+    def settings_for(self, recordings: Sequence[Path]) -> dict[str, Any]:
+        """What is said, by the names of settings; a SettingError if anything is and there are no recordings."""
+        for name, value in vars(self).items():
+            if value is not None and not recordings:
+                raise SettingError(
+                    f"--{name} says how recordings are read, and there are none; name some, or leave it out for "
+                    "generated traffic"
+                )
+        return vars(self)
+
 
 AS_USUAL = Files()
 
