@@ -9,7 +9,9 @@ from driving_fakes import PREDICTOR
 from problem_fakes import between, box, goal, problem
 from recordings_fakes import driving, lanelet, on_map, points, scenario
 
+from coverdrive.driving.goal import Goal
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems
+from coverdrive.driving.route import within_reach
 from coverdrive.driving.single_track import ModelName
 from coverdrive.driving.solved import solve
 from coverdrive.driving.solving import drive
@@ -246,3 +248,18 @@ def test_an_exit_whose_lane_begins_after_the_start_is_taken(place: str, left: fl
     path = written(tmp_path, exit_lane(), wanted, traffic=NOBODY, at=120.0, left=left, speed=15.0)
     (found,) = solve(path, PREDICTOR)
     assert found.row["solved"], found.row["reason"]
+
+
+@pytest.mark.parametrize(
+    ("wanted", "reached"),
+    [
+        (Goal(position=(63.0, 70.0), time=(3.0, 4.0)), True),  # 10 m/s · 4 s + 3 m/s² / 2 · (4 s)² = 64 m
+        (Goal(position=(65.0, 70.0), time=(3.0, 4.0)), False),
+        (Goal(position=(-9.0, -1.0), time=(3.0, 4.0)), False),
+        (Goal(speed=(21.9, 30.0), time=(3.0, 4.0)), True),  # 10 m/s + 3 m/s² · 4 s = 22 m/s
+        (Goal(speed=(22.1, 30.0), time=(3.0, 4.0)), False),
+        (Goal(position=(500.0, 501.0)), True),
+    ],
+)
+def test_what_is_within_reach_by_hand(wanted: Goal, reached: bool) -> None:
+    assert within_reach(wanted, 0.0, 10.0) is reached
