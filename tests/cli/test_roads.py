@@ -8,6 +8,7 @@ import pytest
 
 from command import coverdrive
 from coverdrive.cli.learning.fit import Learning, fit
+from coverdrive.cli.shared import bars
 from coverdrive.cli.shared.options import Files, experiment_of
 from coverdrive.config import Experiment
 from coverdrive.errors import DataError, SettingError
@@ -62,6 +63,17 @@ def test_after_recordings_it_is_a_road_like_theirs(monkeypatch: pytest.MonkeyPat
     assert 10.0 < start.traffic_speed == found.like.initial.traffic_speed < 20.0
     assert found.experiment.planner.problem.cost.reference_speed == found.like.wanted_speed < 25.0
     assert found.experiment.study.vehicles == found.like.vehicles
+
+
+def test_progress_is_told_of_all_that_is_done_with_recordings(
+    monkeypatch: pytest.MonkeyPatch, recording: Path, tmp_path: Path
+) -> None:
+    told = dict[str, list[float]]()
+    monkeypatch.setattr(bars, "report", lambda _, stage, share: told.setdefault(stage, []).append(share))
+    write_parquet(generate(GeneratedSettings(scenes=1, duration=3.0, lanes=2), seed=1), tmp_path / "others.parquet")
+    saved(monkeypatch, recording=[recording, tmp_path / "others.parquet"])
+    assert list(told) == ["recordings", "shared vehicles", "recorded place", "recorded near misses"]
+    assert all(shares == sorted(shares) and {0, 0.5, 1} <= set(shares) for shares in told.values())
 
 
 def test_two_do_not_learn_into_one_folder(monkeypatch: pytest.MonkeyPatch, recording: Path) -> None:

@@ -6,6 +6,7 @@ site (`coverdrive.recordings.tracks.numbering`).
 
 import re
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from uuid import uuid4
@@ -18,7 +19,7 @@ from coverdrive.arguments import of_kind, path_of, paths_of, shown
 from coverdrive.errors import NoVehiclesError, RecordingError
 from coverdrive.garbage import not_looking_for_garbage
 from coverdrive.linked import linked
-from coverdrive.progress import part
+from coverdrive.progress import part, stage
 from coverdrive.recordings.files.boundary import naming
 from coverdrive.recordings.files.scenario import PROTOBUF, is_protobuf
 from coverdrive.recordings.formats import registry as registry
@@ -211,7 +212,8 @@ def _grouped(readings: list[Reading], origin: list[int]) -> tuple[Recording, ...
     tracks = [replace(reading.raw, group=group) for reading, group in zip(readings, raw, strict=True)]
     names = [reading.recording.name for reading in readings]
     worth: list[Numbers] = [numbers_of(reading.recording) for reading in readings]
-    shared = pl.concat([shared_vehicles(tracks, origin, steps), same_numbers(tracks, origin, names, worth)])
+    with stage("shared vehicles") if len(set(origin)) > 1 else nullcontext():
+        shared = pl.concat([shared_vehicles(tracks, origin, steps), same_numbers(tracks, origin, names, worth)])
     count = max(int(numbers.max()) for numbers in (*raw, *tables)) + 1
     component = linked(shared["group"].to_numpy(), shared["group_b"].to_numpy(), count)
     used = np.unique(np.concatenate([component[numbers] for numbers in tables]))

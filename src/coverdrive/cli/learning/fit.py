@@ -1,7 +1,7 @@
 """``coverdrive fit``: a certified predictor."""
 
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -14,6 +14,7 @@ from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
 from coverdrive.cli.shared.options import console, experiment_of
 from coverdrive.locks import alone
+from coverdrive.progress import stage
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
@@ -131,7 +132,10 @@ def fit_and_print(learning: Learning, results: "Results", **parts: Any) -> "Fit"
         from coverdrive.simulation.roads.places import place_of, recorded_place
     with stages():
         experiment, recordings, named = _recorded(learning, **parts)
-        like = recorded_place(recordings) if learning.recording else None
+        like = None
+        if learning.recording:
+            with stage("recorded place"):
+                like = recorded_place(recordings)
         name, place = place_of(learning.asked_road, like)
         if like:
             manners = like.manners.model_dump(exclude={"like"}) if like.manners else {}
@@ -147,7 +151,9 @@ def fit_and_print(learning: Learning, results: "Results", **parts: Any) -> "Fit"
                 with suppress(OSError):
                     results.folder.rmdir()  # if nothing is in it
                 raise
-            results.save_fit(experiment, result, name, like, recorded_near_misses(recordings) if like else None)
+            with stage("recorded near misses") if like else nullcontext():
+                near_misses = recorded_near_misses(recordings) if like else None
+            results.save_fit(experiment, result, name, like, near_misses)
     console.print(fit_table(result))
     for each in Certified.of(result).proofs:
         console.print(f"• {each.sentence}")

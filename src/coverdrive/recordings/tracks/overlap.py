@@ -14,6 +14,7 @@ import numpy as np
 import polars as pl
 from jaxtyping import Bool, Float, Int
 
+from coverdrive.progress import done
 from coverdrive.recordings.tracks.repair import RawTracks
 from coverdrive.recordings.tracks.runs import same_runs, same_runs_as_known
 
@@ -77,6 +78,7 @@ def shared_vehicles(
     shared = [pl.DataFrame(schema=SHARED)]
     for (a, _), found in matches.with_columns(rows=part).group_by("recording", "rows", maintain_order=True):
         shared.append(_shared(ordered[int(a)], others, found, LONE * every[int(a)]).select(SHARED.names()))
+        done(len(tracks) + int(a) + 1, 2 * len(tracks))  # the first half are their runs
     return pl.concat(shared, how="vertical_relaxed")
 
 

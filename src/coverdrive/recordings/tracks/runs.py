@@ -11,6 +11,8 @@ import numpy as np
 import polars as pl
 from jaxtyping import Int
 
+from coverdrive.progress import done
+
 RUN = 8
 """Samples of a run of speeds that is looked up in the other recordings"""
 
@@ -73,10 +75,11 @@ def _runs_of_several(tables: Sequence[pl.DataFrame], files: Sequence[int], every
 def _runs_of_each(tables: Sequence[pl.DataFrame], every: Sequence[int]) -> Iterator[pl.DataFrame]:
     """The telling runs of each table: key, and row of the first sample, numbered through all of them."""
     before = 0
-    for table, step in zip(tables, every, strict=True):
+    for number, (table, step) in enumerate(zip(tables, every, strict=True), start=1):
         numbered = table.with_row_index("row", before)
         yield pl.concat(_runs(part, step) for part in (numbered, _without_held(numbered)))
         before += len(table)
+        done(number, 2 * len(tables))  # what the runs have in common is the other half
 
 
 def _without_held(table: pl.DataFrame) -> pl.DataFrame:

@@ -8,6 +8,7 @@ from jaxtyping import Bool
 
 from coverdrive.distances import kept
 from coverdrive.geometry import body_distance
+from coverdrive.progress import done
 from coverdrive.recordings.recording import Recording
 from coverdrive.road import Road
 from coverdrive.scene import Scene
@@ -36,13 +37,14 @@ def recorded_near_misses(recordings: Sequence[Recording]) -> dict[str, float]:
     which shows it longest.
     """
     shown = list[pl.DataFrame]()
-    for each in recordings:
+    for number, each in enumerate(recordings, start=1):
         came = list[np.ndarray]()
         for scene, vehicle in each.frames().every(max(1, round(_LOOK / each.dt))):
             soon = kept(scene, each.road, np.arange(scene.vehicles)).time_to_collision < NEAR_TIME
             came.append(vehicle[soon | _close(scene, each.road)])
         near = pl.col("vehicle").is_in(pl.Series(np.concatenate(came))).any().alias("share")
         shown.append(each.table.group_by("identity", maintain_order=True).agg(near, seconds=pl.len() * each.dt))
+        done(number, len(recordings))
     longest = pl.concat(shown).sort("seconds", descending=True, maintain_order=True)
     once = longest.unique("identity", keep="first", maintain_order=True)
     return once.select(pl.col("share", "seconds").mean()).row(0, named=True)

@@ -10,9 +10,10 @@ import numpy as np
 import polars as pl
 from pydantic import Field
 
-from coverdrive.distances import FREE, kept
+from coverdrive.distances import FREE, Kept, kept
 from coverdrive.errors import SettingError
 from coverdrive.planning.rules.manners import MannersSettings
+from coverdrive.progress import done
 from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.summary import following
 from coverdrive.road import Road
@@ -153,11 +154,11 @@ def recorded_place(recordings: Sequence[Recording]) -> Place:
 
 def _manners(recordings: Sequence[Recording]) -> MannersSettings:
     """What people keep in nine of ten moments in which there is somebody, of one moment a second, or lane changes."""
-    moments = [
-        kept(scene, each.road, np.arange(scene.vehicles))
-        for each in recordings
-        for scene, _ in each.frames().every(max(1, round(1 / each.dt)))
-    ]
+    moments = list[Kept]()
+    for number, each in enumerate(recordings, start=1):
+        scenes = each.frames().every(max(1, round(1 / each.dt)))
+        moments += [kept(scene, each.road, np.arange(scene.vehicles)) for scene, _ in scenes]
+        done(number, len(recordings))
     sideways = [
         float(np.abs(track["speed"] * track["heading"].sin()).max())  # pyright: ignore[reportArgumentType]
         for each in recordings
