@@ -244,6 +244,7 @@ def test_a_lane_change_in_time_is_driven_written_and_accepted(tmp_path: Path, mo
         (goal(box(40.0, -0.4, length=4.0, width=0.4), first=5, last=20), "beside it"),
         (goal(box(55.0, -1.75, length=70.0), between("velocity", 30.0, 31.0), first=20, last=21), "speed"),
         (goal(box(55.0, -1.75, length=70.0), between("orientation", 0.0, 0.2), first=20, last=21), "heading"),
+        (goal(between("orientation", 0.0, 0.2), first=20, last=21), "heading"),
     ],
 )
 def test_what_is_lacking_is_said(tmp_path: Path, wanted: str, lack: str) -> None:
