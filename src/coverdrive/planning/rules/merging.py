@@ -20,6 +20,8 @@ _APPROACH, _SOON = 4.0, 1.0
 """[s] in which the way to a gap falls to 1 / e, and the least, where there is little time"""
 _CHANGE = 3.0
 """[s] of driving before the end, in which the lane is changed"""
+_LEAST = 0.3
+"""share of the asked headway that a gap has to leave"""
 _SLOWEST = 0.5
 """share of the speed of a gap that is wanted at the least"""
 _ROLLING = 1.0
@@ -88,7 +90,7 @@ def _best_gap(
     way = np.maximum(behind + share * asked[0], 0.0) + np.minimum(ahead - share * asked[1], 0.0)
     kept = share * headway - (1 - share) * np.maximum(before, after) / flow
     time = (left - way) / flow - _CHANGE
-    possible = (kept > 0) & ((time > 0) | (way == 0))
+    possible = (kept > _LEAST * headway) & ((time > 0) | (way == 0))
     takes = np.where(possible, np.abs(way) + (1 - share) * (asked[0] + asked[1]), np.inf)
     i = int(takes.argmin())
     if takes[i] == np.inf:
