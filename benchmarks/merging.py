@@ -4,21 +4,21 @@ The right lane of a straight road ends 150 to 400 m ahead of the ego. On the nex
 scenes, cars drive at 12 to 28 m/s, 0.7 to 2.5 s apart, and keep their speed whatever the ego does; it begins at theirs
 ±5 m/s. It is told where they are going to be, in boxes that grow by 1.3 m along the road in 3 s. A car that comes over
 smoothly neither slows down to half of its own or their speed nor brakes harder than at 4 m/s². Beside the planner
-stands the same one without manners, which does not drive for gaps, and what is possible in hindsight: to hold one
-acceleration of at most 2 m/s² for some seconds, and to come over in the next 3 s, never nearer than 3 m.
+stands the same one without the rule that drives for gaps, and what is possible in hindsight: to hold one acceleration
+of at most 2 m/s² for some seconds, and to come over in the next 3 s, never nearer than 3 m.
 """
 
 import argparse
-from collections.abc import Callable
 from typing import Any, NamedTuple
+from unittest.mock import patch
 
 import numpy as np
 
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.planner import MpcPlanner, PlannerSettings
+from coverdrive.plan import Planner, Status
+from coverdrive.planning import planner
 from coverdrive.planning.problem.vehicle import step
-from coverdrive.planning.rules.manners import NONE
 from coverdrive.road import LaneEdges, Road
 from results import save
 
@@ -85,7 +85,7 @@ class Drive(NamedTuple):
         return self.merged and not self.contact and self.least > 0.5 and self.hardest < HARD
 
 
-def driven(scene: Scene, planner: MpcPlanner) -> Drive:
+def driven(scene: Scene, planner: Planner) -> Drive:
     """Until a second after it has come over, or for the longest time."""
     planner.reset(PERIOD)
     state, least, hardest, unsafe, merged = scene.state, scene.state[2], 0.0, False, 0.0
@@ -97,7 +97,7 @@ def driven(scene: Scene, planner: MpcPlanner) -> Drive:
         plan = planner.plan(state, PredictedPaths(points, np.flatnonzero(seen), half_sizes, 0.25), scene.road)
         state = step(state, plan.inputs[0], PERIOD)
         least, hardest = min(least, state[2]), max(hardest, -plan.inputs[0, 0])
-        unsafe |= plan.status.name == "UNSAFE"
+        unsafe |= plan.status is Status.UNSAFE
         if contact := bool((np.abs(scene.at((k + 1) * PERIOD) - state[:2]) < CAR + EGO).all(1).any()):
             break
         merged += PERIOD * bool(state[1] - EGO[1] > LANE)
@@ -143,14 +143,10 @@ def main() -> None:
     parser.add_argument("--save", help="name of the file in benchmarks/results")
     given = parser.parse_args()
     scenes = [drawn(1000 * given.seed + each) for each in range(given.scenes)]
-    planners: dict[str, Callable[[], MpcPlanner]] = {
-        "planner": MpcPlanner,
-        "without manners": lambda: MpcPlanner(PlannerSettings(manners=NONE)),
-    }
     found: dict[str, Any] = {"scenes": len(scenes), "possible": sum(map(possible, scenes))}
-    for name, make in planners.items():
-        planner = make()
-        found[name] = summary([driven(scene, planner) for scene in scenes])
+    for name, rule in {"planner": planner.merge, "without the rule": lambda *_: None}.items():
+        with patch.object(planner, "merge", rule):
+            found[name] = summary([driven(scene, planner.MpcPlanner()) for scene in scenes])
         print(name, found[name], flush=True)
     if given.save:
         save(given.save, found, given.seed)

@@ -55,7 +55,6 @@ WITHOUT: dict[str, dict[str, Any]] = {
     "manners": {"manners": {"like": "paper"}},
     "calm lane changes": {"manners": {"sideways": 10.0}},
     "cost of another lane": {"lane_change": 0.0},
-    "cost of lanes that end": {"lane_end": 0.0},
     "grace": {"grace": 0.0},
     SECOND_PATH: {},
     VELOCITY: {},

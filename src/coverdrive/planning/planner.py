@@ -56,7 +56,8 @@ _ROUNDING = 1e-9
 _AT_ONCE, _PATHS_BETWEEN_LOOKS = 8, 1000
 """iterations of the search between two looks at the clock, and paths times iterations: fewer for over 125 paths"""
 _WISHED_LANE = 1e4
-"""cost of every lane between the one aimed at and the nearest that is wished for: more than speed is worth"""
+"""cost of every lane between the one aimed at and the nearest that is wished for, and where none is, of
+one that ends within 10 s: more than speed is worth"""
 
 
 class PlannerSettings(Settings):
@@ -66,8 +67,6 @@ class PlannerSettings(Settings):
     """horizon, ego, weights and obstacles"""
     lane_change: float = Field(default=10.0, ge=0, le=1e6)
     """cost of aiming at another lane than the last plan, against dithering"""
-    lane_end: float = Field(default=100.0, ge=0, le=1e6)
-    """cost of aiming at a lane that ends within 10 s"""
     iterations: int = Field(default=24, ge=1, le=10_000)
     """of the search, at the most"""
     budget: float | None = Field(default=None, gt=0, le=10)
@@ -291,7 +290,7 @@ class MpcPlanner:
         speed = settings.problem.cost.reference_speed if call.wish.speed is None else call.wish.speed
         if call.wish.urgent or call.wish.away(targets.lanes[:1]).any():
             call = call._replace(manners=NONE)
-        elif call.manners.like != "paper":
+        elif call.manners.like != "paper" and not call.wish.lanes:
             merging = merge(state, paths, road, targets.lanes, settings.problem, call.manners.headway)
             if merging is not None:
                 speed = min(speed, merging.speed)
@@ -384,9 +383,8 @@ class MpcPlanner:
         return np.array(
             [
                 settings.lane_change * (lane != held)
-                + (settings.lane_end if lane == targets.lanes[0] else _WISHED_LANE) * (not lasting[lane])
                 + per_lost * lost[lane]
-                + _WISHED_LANE * lanes
+                + _WISHED_LANE * (lanes if wish.lanes else not lasting[lane])
                 for lane, lanes in zip(targets.lanes, away, strict=True)
             ]
         )

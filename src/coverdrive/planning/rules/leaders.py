@@ -57,8 +57,6 @@ class Leaders(NamedTuple):
     def lost(self, there: Bool[np.ndarray, " L"], wanted: float, begin: float, end: float) -> Float[np.ndarray, " L"]:
         """What is lost of a wanted speed [m/s] in each lane, or there first and beside it then: squared [m²/s].
 
-        Nobody stays in a lane that ends, if there is another one beside.
-
         Args:
             there: which lanes do not end before long.
             wanted: [m/s] at which the ego drives until it is behind the one ahead.
@@ -136,8 +134,7 @@ def _write_lost(
         for beside in (lane - 1, lane + 1):
             if 0 <= beside < lanes and there[beside]:
                 later = min(later, staying[beside] - first[beside])
-        stay = staying[lane] if there[lane] or later == np.inf else np.inf
-        result[lane] = min(stay, first[lane] + later)
+        result[lane] = min(staying[lane], first[lane] + later)
 
 
 @compiled
