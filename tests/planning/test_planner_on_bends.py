@@ -12,6 +12,7 @@ from coverdrive.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.planning.problem.vehicle import step
 from coverdrive.planning.rules.target_lanes import target_lanes
+from coverdrive.planning.rules.wish import Wish
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import LaneEdges, Road
 from coverdrive.road_ahead import controls
@@ -97,6 +98,13 @@ def test_it_leaves_a_lane_long_before_it_ends() -> None:
     assert {plan.status for plan in plans} == {Status.SOLVED}
     assert np.interp(250.0, states[:, 0], states[:, 1]) > 5.0
     assert states[:, 2].min() > 24
+
+
+def test_it_stays_in_a_lane_that_ends_where_that_is_wished_for() -> None:
+    planner, state = MpcPlanner(), np.array([300.0, 1.8, 20.0, 0.0])
+    planner.reset(PERIOD)
+    stays, leaves = (planner.plan(state, NOBODY, with_end(), Wish(15.0, lanes)).states[-1, 1] for lanes in ((0,), ()))
+    assert stays == pytest.approx(1.8, abs=0.1) and leaves > 3
 
 
 @pytest.mark.parametrize("start", [300.0, 320.0])

@@ -83,14 +83,14 @@ def test_what_is_lost_in_a_lane_is_the_time_behind_the_one_ahead(straight_paths)
 def test_who_can_move_on_from_a_lane_loses_no_more_than_until_then(straight_paths) -> None:
     """At 40 m/s the one at 20 m/s in lane 1 is reached after 1 s, and left for another lane 2 s after the plan.
 
-    A lane that ends has to be left, whatever is beside it.
+    Nobody moves on to a lane that ends.
     """
     leaders = leaders_of(STATE, 2.4, straight_paths((24.8, 1.8, 25), (24.8, 5.4, 20), (34.8, 9.0, 30)), Road.straight())
     left, middle, right = 15**2, 20**2, 10**2
     for there, lost in (
         (EVERY, [5 * left, 2 * middle + 3 * right, 5 * right]),
-        (np.array([True, True, False]), [5 * left, 2 * middle + 3 * left, 2 * right + 3 * middle]),
-        (np.array([False, True, False]), [2 * left + 3 * middle, 5 * middle, 2 * right + 3 * middle]),
+        (np.array([True, True, False]), [5 * left, 2 * middle + 3 * left, 5 * right]),
+        (np.array([False, True, False]), [5 * left, 5 * middle, 5 * right]),
     ):
         np.testing.assert_allclose(leaders.lost(there, 40.0, 3.0, 8.0), lost)
 
