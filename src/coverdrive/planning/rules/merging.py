@@ -57,7 +57,7 @@ def merge(
     places, edges = np.arange(0.0, _AHEAD * speed + _STEP, _STEP), road.edges_at(lon)
     there = road.has_lane(lon + places)
     touched = there[0] & (edges[:-1] < lat + problem.vehicle.width / 2) & (edges[1:] > lat - problem.vehicle.width / 2)
-    lasting = there.all(0)
+    lasting = np.all(there, axis=0)
     beside = lanes[:1] if lasting[lanes[0]] else [lane for lane in lanes if lasting[lane]]
     if lasting[touched].all() or not beside:
         return None
