@@ -56,8 +56,8 @@ _ROUNDING = 1e-9
 _AT_ONCE, _PATHS_BETWEEN_LOOKS = 8, 1000
 """iterations of the search between two looks at the clock, and paths times iterations: fewer for over 125 paths"""
 _WISHED_LANE = 1e4
-"""cost of every lane between the one aimed at and the nearest that is wished for, and where none is, of
-one that ends within 10 s: more than speed is worth"""
+"""cost of every lane between the one aimed at and the nearest that is wished for, and where none is, of one that ends
+within 10 s: more than speed is worth"""
 
 
 class PlannerSettings(Settings):
