@@ -97,6 +97,46 @@ def test_of_what_comes_later_all_calls_change():
     assert all(moved.random() != each for each in before)
 
 
+def test_of_what_comes_later_only_that_since_a_moment_changes():
+    of = tape()
+    before = []
+    for moment in range(4):
+        of.turn(moment)
+        before.append(of.random())
+    of.turn(4)
+    moved = of.nudged(1.0, 1.0, 1.0, np.random.default_rng(0), since=2)
+    after = []
+    for moment in range(4):
+        moved.turn(moment)
+        after.append(moved.random())
+    assert [one == other for one, other in zip(before, after, strict=True)] == [True, True, False, False]
+
+
+FEW, MORE = np.array([1, 2, 4]), np.array([1, 2, 4, 6, 8])
+
+
+def test_each_of_some_whole_numbers_is_as_probable():
+    of = tape(4)
+    for among in (FEW, MORE, np.array([7, 0, 900]), np.array([2**40, 3, 3])):
+        drawn = [int(of.choice(among)) for _ in range(3000)]
+        taken = np.array([drawn.count(each) for each in np.unique(among)])
+        shares = np.unique(among, return_counts=True)[1] / len(among)
+        assert stats.chisquare(taken, 3000 * shares).pvalue > 1e-3
+
+
+@pytest.mark.parametrize(("by_number", "least", "most"), [(True, 0.85, 1.0), (False, 0.0, 0.7)])
+def test_a_choice_among_whole_numbers_stays_where_others_go(by_number: bool, least: float, most: float):
+    """Negative control: a place in what there is to choose from is another number where something else is missing."""
+
+    def chosen(among: np.ndarray) -> np.ndarray:
+        of = tape(5)
+        return np.array([of.choice(among) if by_number else among[of.integers(len(among))] for _ in range(2000)])
+
+    more = chosen(MORE)
+    there = np.isin(more, FEW)
+    assert least <= np.mean(chosen(FEW)[there] == more[there]) <= most
+
+
 @pytest.mark.parametrize(
     ("loc", "scale", "size"), [(5.0, 2.0, 4), ([1.0, 2.0, 3.0], 2.0, None), (1.0, [2.0, 3.0], None)]
 )

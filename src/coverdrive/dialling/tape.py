@@ -26,6 +26,9 @@ _SEEDS = 2.0**53
 _HIGHEST = np.nextafter(1.0, 0.0)
 """below 1"""
 
+_BITS, _NAMED = 4, 24
+"""of a uniform number, that name one of some whole numbers at the least, and in all"""
+
 _UNUSED = np.random.PCG64(0)
 """that every tape has, and none draws from"""
 
@@ -66,7 +69,7 @@ class Tape(np.random.Generator):
         """The same before a moment; all else is not drawn yet."""
         return Tape({k: calls for k, calls in self._values.items() if k < moment}, random)
 
-    def nudged(self, first: float, later: float, width: float, random: np.random.Generator) -> "Tape":
+    def nudged(self, first: float, later: float, width: float, random: np.random.Generator, since: int = 0) -> "Tape":
         """The same with some of the numbers moved by about a width, up to 1: drawn anew.
 
         As normal numbers z they become √(1 − width²) z + width ξ (Neal, *Regression and classification using Gaussian
@@ -80,6 +83,7 @@ class Tape(np.random.Generator):
             later: share of the others.
             width: of the moves.
             random: draws which, and how.
+            since: moment before which none are moved.
         """
 
         def moved(value: Uniforms, share: float) -> Uniforms:
@@ -88,7 +92,9 @@ class Tape(np.random.Generator):
             return np.where(picked, np.minimum(ndtr(by), _HIGHEST), value)
 
         values = {
-            k: [moved(each, later) for each in calls]
+            k: calls
+            if k < since
+            else [moved(each, later) for each in calls]
             if k
             else [*calls[:-_LATE], *(moved(each, first) for each in calls[-_LATE:])]
             for k, calls in self._values.items()
@@ -151,6 +157,8 @@ class Tape(np.random.Generator):
         among = np.arange(a) if np.ndim(a) == 0 else np.asarray(a)
         if len(among) == 0:
             raise ValueError("nothing to choose from")
+        if p is None and size is None and among.ndim == 1 and among.dtype.kind in "iu" and among.min() >= 0:
+            return among[_settled(float(self._uniforms()), among)]
         ends = np.linspace(0.0, 1.0, len(among) + 1)[1:] if p is None else np.cumsum(p)
         return among[np.minimum(np.searchsorted(ends, self._uniforms(size), side="right"), len(among) - 1)]
 
@@ -180,6 +188,20 @@ class Tape(np.random.Generator):
     def _seeded(self) -> np.random.Generator:
         """A generator for one call."""
         return np.random.default_rng(int(self._uniforms() * _SEEDS))
+
+
+def _settled(uniform: float, among: np.ndarray) -> int:
+    """Index of one of some whole numbers, each as probable, that stays the same for most others of them.
+
+    Parts of the uniform number name one after the other; the first one that is there is taken.
+    """
+    bits = max(_BITS, int(among.max()).bit_length())
+    for _ in range(_NAMED // bits):
+        name, uniform = divmod(uniform * (1 << bits), 1.0)
+        named = np.flatnonzero(among == name)
+        if len(named):
+            return int(named[int(uniform * len(named))])
+    return int(uniform * len(among))
 
 
 def _shape(size: Any, *parameters: Any) -> Any:

@@ -118,7 +118,7 @@ class SetSamplingTraffic:
         """
         passing = np.flatnonzero(possible & (clear > 0))
         if len(passing) > 0:
-            return int(passing[self._rng.integers(len(passing))]), False
+            return int(self._rng.choice(passing)), False
         if possible.any():
             return int(np.argmax(np.where(possible, clear, -np.inf))), True
         return int(np.argmin(deviation[:, -1, 0])), True
