@@ -101,3 +101,31 @@ class Patient:
         other = copy.copy(self)
         other.tape = tape
         return other
+
+
+class Sudden:
+    """Its level is 1 from a moment on that is as probable as every other, if there has been none."""
+
+    most, chance = 40, 0.03
+
+    def __init__(self, tape: Tape):
+        self.tape, self.level, self.moment = tape, 0.0, 0
+
+    @property
+    def over(self) -> bool:
+        return self.moment >= self.most
+
+    def advance(self) -> None:
+        self.moment += 1
+        self.level = max(self.level, float(self.tape.random() < self.chance))
+
+    def copied(self, tape: Tape) -> "Sudden":
+        other = copy.copy(self)
+        other.tape = tape
+        return other
+
+    @staticmethod
+    def mean() -> float:
+        """Of that moment, of paths that have one."""
+        moments = np.arange(1, Sudden.most + 1)
+        return float(np.average(moments, weights=(1 - Sudden.chance) ** moments))

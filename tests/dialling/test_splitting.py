@@ -4,7 +4,7 @@ from itertools import count
 import numpy as np
 import pytest
 from scipy.stats import norm
-from splitting_toys import Patient, Still, Walk
+from splitting_toys import Patient, Still, Sudden, Walk
 
 from coverdrive.dialling import splitting
 from coverdrive.dialling.splitting import split
@@ -48,7 +48,7 @@ def test_truths_agree_with_many_walks():
 @pytest.mark.parametrize("name", ["walk 1e-2", "still 1e-2"])
 def test_it_finds_the_probability(name: str):
     start, barrier, truth = case(name)
-    found = estimates(start, barrier, 8, 40)
+    found = estimates(start, barrier, 16, 40)
     assert apart(found, truth) < 3
     assert found.std() < truth
 
@@ -118,11 +118,33 @@ def test_changes_of_what_does_not_matter_are_wrong(monkeypatch: pytest.MonkeyPat
     assert found.max() < truth / 3
 
 
+def moments_above(changes: int) -> np.ndarray:
+    """When a path is above the level, after each of many changes in a row."""
+    walk, path = splitting._Walk(Sudden, np.random.default_rng(3)), None
+    while path is None or path.level < 1:
+        path = walk.first(0)
+    found = []
+    for _ in range(changes):
+        path = walk._tried(path, 0.5) or path
+        found.append(path.above(0.5))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("forgotten", [False, True])
+def test_changes_leave_the_moment_of_the_level_its_law_unless_odds_are_forgotten(
+    forgotten: bool, monkeypatch: pytest.MonkeyPatch
+):
+    if forgotten:
+        monkeypatch.setattr(splitting, "_odds", lambda *_: 1.0)
+    distance = apart(moments_above(4000).reshape(20, -1).mean(1), Sudden.mean())
+    assert distance > 5 if forgotten else distance < 3
+
+
 def test_what_is_certain_or_never_happens():
     certain = split(Still, np.random.default_rng(0), -100.0, 20)
     assert certain.probability == 1 and len(certain.found) == 20 and not certain.stages
     walk = split(partial(Walk, steps=3), np.random.default_rng(0), np.inf, 10)
-    assert walk.probability == 0 and not walk.found
+    assert walk.rarer and walk.probability < 1e-15 and not walk.found
 
 
 def test_what_is_rarer_than_was_looked_for_is_bounded_from_above():
@@ -195,7 +217,7 @@ def test_what_a_new_start_does_not_ask_for_is_forgotten_before_it_is_accepted(
     calls: int, taken: bool, monkeypatch: pytest.MonkeyPatch
 ):
     """One that fits at the sixth try: of a start of 20, other calls than there could be nudged on the way back."""
-    monkeypatch.setattr(splitting, "_FROM_A_MOMENT", 0.0)
+    monkeypatch.setattr(splitting, "_ANEW", 0.0)
     tries = [np.array([0.5])] * calls
     tries[-1] = np.array([0.01])
     walk = splitting._Walk(Tries, np.random.default_rng(0))

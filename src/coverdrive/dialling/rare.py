@@ -317,7 +317,7 @@ def rare(
     folder: Path | str,
     *,
     particles: int = 200,
-    changes: int = 2,
+    changes: int = 4,
     rarest: float = 1e-6,
     repetitions: int = 4,
     workers: int = 1,

@@ -9,9 +9,10 @@ multilevel splitting for rare event analysis*, 2007). Paths of equal level are g
 
 A copy is made different in two ways, of which each leaves the law of a path that reaches the level as it is:
 
-- A random part of its random numbers (`coverdrive.dialling.tape`) is drawn anew, or moved a little, and what comes out
-  is taken if it reaches the level as well: all numbers from a moment on, or any ones, of the beginning, too. So
-  paths whose randomness is all drawn at the beginning are split as well.
+- A random part of its random numbers (`coverdrive.dialling.tape`) is drawn anew, or moved a little, some times in a
+  row, and what comes out is taken if it reaches the level as well, not much later: of all numbers, of the beginning,
+  too, or of those from a moment on, mostly one shortly before the level was reached. So paths whose randomness is
+  all drawn at the beginning are split as well, and most changes cost little.
 - All numbers after the moment at which it first reached the level are drawn anew, and the path goes on from there.
 
 Where a start may be impossible, all this is about paths that can start: a first one is drawn anew until it can, and a
@@ -29,6 +30,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
+from jaxtyping import Float
 
 from coverdrive.dialling.tape import Tape
 from coverdrive.errors import SettingError, StartError
@@ -36,13 +38,17 @@ from coverdrive.errors import SettingError, StartError
 IN_VAIN = 100
 """starts in a row that are impossible, after which no other is tried"""
 
-_EVERY = 10
+_EVERY = 5
 """moments between two that a path can be gone on with from"""
-_FROM_A_MOMENT = 0.25
-"""share of the changes that draw all numbers from a moment on anew; the others move any of them"""
-_FIRST, _LATER, _WIDTH = -0.3, -2.0, -0.5
-"""decimal logarithms of the least share of the numbers of moment 0 and of the others that are moved, and of the least
-width by which"""
+_FROM_START = 0.3
+"""share of the changes that change the start, where numbers of later moments could be changed instead"""
+_ANEW = 0.25
+"""share of the changes that draw all numbers from a place on anew; the others move some of them"""
+_FIRST, _LATER, _WITHIN, _WIDTH = -0.3, -2.0, -1.3, -0.5
+"""decimal logarithms of the least share of the numbers that are moved, of moment 0, of the others, and of those after a
+stop, and of the least width by which"""
+_LATEST = 10
+"""moments by which a changed path may surpass a level later or earlier: nobody waits for it any longer"""
 
 
 @runtime_checkable
@@ -128,7 +134,7 @@ class Split(NamedTuple):
 
 def split(
     start: Start, random: np.random.Generator, target: float = 0.0, particles: int = 200, kept: float = 0.5,
-    changes: int = 2, rarest: float = 1e-15,
+    changes: int = 4, rarest: float = 1e-15,
 ) -> Split:  # fmt: skip
     """Estimate the probability that the level of a path that can start reaches the target.
 
@@ -150,7 +156,7 @@ def split(
             f"splitting needs at least 2 paths, some of them kept and some given up, and at least one change; got "
             f"{particles} paths, {kept} of them kept, {changes} changes; try 200 and 0.5"
         )
-    walk, probability, stages, curve = _Walk(start, random), 1.0, list[Stage](), list[tuple[float, float]]()
+    walk, probability, stages, curve = _Walk(start, random, changes), 1.0, list[Stage](), list[tuple[float, float]]()
     paths = [walk.first(number) for number in range(particles)]
     while (level := sorted(path.level for path in paths)[top - 1]) < target:
         curve += _curve(paths, level, probability)
@@ -164,10 +170,8 @@ def split(
         copies = [above[i] for i in random.integers(len(above), size=particles - len(above))]
         taken = 0
         for number, copy in enumerate(copies):
-            for _ in range(changes):
-                copy, changed = walk.changed(copy, level)
-                taken += changed
-            copies[number] = copy
+            copies[number], changed = walk.changed(copy, level)
+            taken += changed
         paths = above + copies
         ancestors = len({path.ancestor for path in paths})
         stages.append(Stage(level, len(above) / particles, taken / (changes * len(copies)), ancestors))
@@ -182,11 +186,23 @@ def _curve(paths: list[Path], most: float, probability: float) -> list[tuple[flo
     return [(float(each), probability * float(np.mean(levels > each))) for each in np.unique(levels[levels <= most])]
 
 
+def _places(above: int) -> Float[np.ndarray, " n"]:
+    """How probable it is that numbers change from the start on, or from each stop before a moment: near it most."""
+    stops = math.ceil(above / _EVERY)
+    near = 1 / np.arange(stops, 0, -1)
+    return np.append(_FROM_START, (1 - _FROM_START) * near / near.sum()) if stops else np.ones(1)
+
+
+def _odds(place: int, before: int, after: int) -> float:
+    """That a place is picked where a path surpasses the level after a change, over that where it did before."""
+    return float(_places(after)[place] / _places(before)[place])
+
+
 class _Walk:
     """Goes paths, and counts the moments."""
 
-    def __init__(self, start: Start, random: np.random.Generator):
-        self._start, self._random, self.moments = start, random, 0
+    def __init__(self, start: Start, random: np.random.Generator, changes: int = 4):
+        self._start, self._random, self._changes, self.moments = start, random, changes, 0
 
     def first(self, number: int) -> Path:
         """A new path, drawn anew until it can start."""
@@ -203,59 +219,65 @@ class _Walk:
         self._go(path)
         return path
 
-    def changed(self, path: Path, level: float) -> tuple[Path, bool]:
-        """Another path above a level instead of one that is, and whether it is another until it gets there, too."""
-        tried = None
-        with suppress(StartError):  # a change to a path that cannot start is refused
-            tried = self._tried(path, level)
-        other = self._from(tried or path, (tried or path).above(level) + 1)
-        self._go(other)
-        return other, tried is not None
+    def changed(self, path: Path, level: float) -> tuple[Path, int]:
+        """Another path above a level instead of one that is, and how many changes until it gets there were taken."""
+        taken = 0
+        for _ in range(self._changes):
+            with suppress(StartError):  # a change to a path that cannot start is refused
+                if (tried := self._tried(path, level)) is not None:
+                    path, taken = tried, taken + 1
+        path = self._on(path, path.above(level))
+        self._go(path)
+        return path, taken
 
     def _tried(self, path: Path, level: float) -> Path | None:
         """The path with a part of its numbers changed, until it surpasses a level, or None.
 
-        Acceptance is that of Metropolis and Hastings: a moment is picked among those until the path is above the level.
+        Acceptance is that of Metropolis and Hastings: the place from which on numbers change is picked among those
+        before the path is above the level. One that surpasses it much later, or earlier, is refused.
         """
-        random, odds = self._random, 1.0
-        from_a_moment = random.random() < _FROM_A_MOMENT
-        if from_a_moment:
-            tried = self._from(path, int(random.integers(path.above(level) + 1)))
+        random, above = self._random, path.above(level)
+        places = _places(above)
+        place = int(random.choice(len(places), p=places))
+        since = 0 if place == 0 else (place - 1) * _EVERY + 1
+        anew = random.random() < _ANEW
+        if anew:
+            tape = path.tape.until(since, random)
         else:
-            first, later, width = 10 ** random.uniform((_FIRST, _LATER, _WIDTH), 0.0)
+            first, later, width = 10 ** random.uniform((_FIRST, _LATER if place == 0 else _WITHIN, _WIDTH), 0.0)
             which = random.integers(3)  # only the beginning, only what comes later, both
-            tape = path.tape.nudged(first * (which != 1), later * (which != 0), width, random)
-            tried = self._begun(tape, path.ancestor)
+            tape = path.tape.nudged(first * (which != 1), later * (place > 0 or which != 0), width, random, since)
+        tried = self._resumed(path, since - 1, tape) if place else self._begun(tape, path.ancestor)
+        if place == 0:
             tape.turn(0)  # what the new start does not ask for is no part of it
-            if not tried.tape.reversible(path.tape):
+            if not (anew or tried.tape.reversible(path.tape)):
                 return None
-        self._go(tried, level)
-        if tried.level <= level:
+        self._go(tried, level, above + _LATEST)
+        if tried.levels[-1] <= level or above > len(tried.levels) - 1 + _LATEST:
             return None
-        if from_a_moment:
-            odds = (path.above(level) + 1) / (tried.above(level) + 1)
-        return tried if random.random() < odds else None
+        return tried if random.random() < _odds(place, above, len(tried.levels) - 1) else None
 
-    def _from(self, path: Path, moment: int) -> Path:
-        """The same path up to a moment, from which on its numbers are not drawn yet."""
-        if moment == 0:
-            return self._begun(Tape(random=self._random), path.ancestor)
-        stops = path.stops | {len(path.levels) - 1: path.process}
-        stop = max(each for each in stops if each < moment)
-        tape = path.tape.until(moment, self._random)
-        earlier = {each: process for each, process in path.stops.items() if each <= stop}
-        other = Path(tape, stops[stop].copied(tape), path.ancestor, path.levels[: stop + 1], earlier)
-        while len(other.levels) < moment:
+    def _on(self, path: Path, moment: int) -> Path:
+        """The same path up to a moment, after which its numbers are not drawn yet."""
+        tape = path.tape.until(moment + 1, self._random)
+        other = self._resumed(path, max(each for each in (*path.stops, len(path.levels) - 1) if each <= moment), tape)
+        while len(other.levels) <= moment:
             self._advance(other)
         return other
+
+    def _resumed(self, path: Path, stop: int, tape: Tape) -> Path:
+        """A path from a stop of another on, with a tape of its own."""
+        process = path.stops.get(stop, path.process)
+        earlier = {each: process for each, process in path.stops.items() if each <= stop}
+        return Path(tape, process.copied(tape), path.ancestor, path.levels[: stop + 1], earlier)
 
     def _begun(self, tape: Tape, ancestor: int) -> Path:
         process = self._start(tape)
         return Path(tape, process, ancestor, [process.level])
 
-    def _go(self, path: Path, level: float = math.inf) -> None:
-        """Go on with a path to its end, or until it is above a level."""
-        while not (path.process.over or path.levels[-1] > level):
+    def _go(self, path: Path, level: float = math.inf, moment: float = math.inf) -> None:
+        """Go on with a path to its end, or until it is above a level, or to a moment."""
+        while not (path.process.over or path.levels[-1] > level or len(path.levels) > moment):
             self._advance(path)
 
     def _advance(self, path: Path) -> None:
