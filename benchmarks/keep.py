@@ -77,7 +77,7 @@ def of_rare(said: dict[str, Any]) -> dict[str, Any]:
         "relative error": said["standard_error"] / said["probability"] if said["probability"] else None,
         "repetitions": len(said["repetitions"]),
         "ended before": sum(each["rarer"] for each in said["repetitions"]),
-        "level": said["level"],
+        "left": None if said["level"] is None else -said["level"],
         "drives": said["drives"],
         "collisions": len(said["collisions"]),
     }
