@@ -206,9 +206,9 @@ def test_repetitions_that_ended_are_compared_at_the_level_that_all_came_to():
 @pytest.mark.slow
 def test_of_repetitions_that_end_early_the_interval_holds_the_truth():
     """Negative control: at the level of each by itself the spread is nearly none, whatever the error is."""
-    inside, wrong, ratios, trials = 0, 0, list[float](), 25
+    inside, wrong, ratios, trials = 0, 0, list[float](), 40
     for trial in range(trials):
-        ends = [split(Walk, np.random.default_rng((trial, each)), 9.0, 60, rarest=3e-3) for each in range(4)]
+        ends = [split(Walk, np.random.default_rng((trial, each)), 9.0, 20, rarest=3e-3) for each in range(4)]
         found = Rare(Path(), [each._asdict() for each in ends])
         assert found.level
         truth = Walk.probability(found.level)
