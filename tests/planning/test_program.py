@@ -13,7 +13,7 @@ from coverdrive.planning.problem.tree import BranchSettings
 from coverdrive.planning.surroundings import Surroundings
 from oracle.program import Program, bounds, build_program, padded, parameters, start_values
 
-ca: Any = pytest.importorskip("casadi", reason="needs the extra reference")
+ca: Any = pytest.importorskip("casadi")
 TWO, ONE = ProblemSettings(), ProblemSettings(branches=BranchSettings(fail_safe=False))
 PERIOD, TARGETS = 0.1, np.array([5.4, 1.8])
 
