@@ -1,11 +1,12 @@
-"""Out of a lane that ends, among cars that yield to nobody: `python benchmarks/merging.py [--scenes 300]`.
+"""Out of a lane that ends, among cars that yield to nobody: `python benchmarks/merging.py [--standing] [--scenes 300]`.
 
 The right lane of a straight road ends 150 to 400 m ahead of the ego. On the next one, and on a third one in half of the
 scenes, cars drive at 12 to 28 m/s, 0.7 to 2.5 s apart, and keep their speed whatever the ego does; it begins at theirs
 ±5 m/s. It is told where they are going to be, in boxes that grow by 1.3 m along the road in 3 s. A car that comes over
 smoothly neither slows down to half of its own or their speed nor brakes harder than at 4 m/s². Beside the planner
-stands the same one without the rule that drives for gaps, and what is possible in hindsight: to hold one acceleration
-of at most 2 m/s² for some seconds, and to come over in the next 3 s, never nearer than 3 m.
+stands the same one without the rule for such lanes, and what is possible in hindsight: to hold one acceleration
+of at most 2 m/s² for some seconds, and to come over in the next 3 s, never nearer than 3 m. With ``--standing`` the lane
+goes on, but a car stands in it, where it would end; the rule is the one about who is far slower.
 """
 
 import argparse
@@ -22,8 +23,8 @@ from coverdrive.planning.problem.vehicle import step
 from coverdrive.road import LaneEdges, Road
 from results import save
 
-PERIOD, LONGEST, NEAR = 0.25, 26.0, 90.0
-"""[s] between plans, and of a drive; [m] within which others are seen"""
+PERIOD, LONGEST, NEAR, STANDING_NEAR = 0.25, 26.0, 90.0, 200.0
+"""[s] between plans, and of a drive; [m] within which others are seen, and where one of them stands"""
 TIMES = 0.25 * np.arange(13)
 CAR, EGO = np.array([2.25, 0.9]), np.array([2.4, 0.95])
 GROWING = np.stack([0.25 * TIMES**1.5, 0.08 * TIMES], axis=-1)
@@ -42,15 +43,17 @@ class Scene(NamedTuple):
     speed: np.ndarray
     """[m/s] of the others (n)"""
     end: float
-    """[m] where the lane begins to narrow"""
+    """[m] where the lane begins to narrow, or somebody stands"""
+    near: float = NEAR
+    """[m] within which others are seen"""
 
     def at(self, time: float) -> np.ndarray:
         """Where the others are."""
         return self.centre + np.outer(self.speed * time, [1, 0])
 
 
-def drawn(seed: int) -> Scene:
-    """A scene."""
+def drawn(seed: int, standing: bool = False) -> Scene:
+    """A scene, with a lane that ends or somebody who stands in it."""
     random = np.random.default_rng(seed)
     lanes, end = int(random.integers(2, 4)), START + random.uniform(150, 400)
     lat = np.tile(np.arange(lanes + 1) * LANE, (4, 1))
@@ -64,6 +67,9 @@ def drawn(seed: int) -> Scene:
             places.append((lon, (lane + 0.5) * LANE))
             speeds.append(own)
     state = np.array([START, LANE / 2, speed + random.uniform(-5, 5), 0.0])
+    if standing:
+        places, speeds = [*places, (end + CAR[0], LANE / 2)], [*speeds, 0.0]
+        return Scene(Road(lat[0], LENGTH), state, np.array(places), np.array(speeds), end, STANDING_NEAR)
     return Scene(Road(lat[0], LENGTH, changing=changing), state, np.array(places), np.array(speeds), end)
 
 
@@ -91,7 +97,7 @@ def driven(scene: Scene, planner: Planner) -> Drive:
     state, least, hardest, unsafe, merged = scene.state, scene.state[2], 0.0, False, 0.0
     for k in range(round(LONGEST / PERIOD)):
         others = scene.at(k * PERIOD)
-        seen = np.abs(others[:, 0] - state[0]) < NEAR
+        seen = np.abs(others[:, 0] - state[0]) < scene.near
         points = others[seen, None] + np.multiply.outer(scene.speed[seen], TIMES)[..., None] * [1, 0]
         half_sizes = np.broadcast_to(CAR + GROWING, points.shape)
         plan = planner.plan(state, PredictedPaths(points, np.flatnonzero(seen), half_sizes, 0.25), scene.road)
@@ -103,13 +109,13 @@ def driven(scene: Scene, planner: Planner) -> Drive:
         merged += PERIOD * bool(state[1] - EGO[1] > LANE)
         if merged > 1:
             break
-    slowest = min(scene.state[2], scene.speed.min())
+    slowest = min(scene.state[2], scene.speed[scene.speed > 0].min())
     return Drive(merged > 1, contact, float(least / slowest), float(hardest), unsafe)
 
 
 def possible(scene: Scene) -> bool:
     """Whether a simple manoeuvre comes over."""
-    beside = scene.centre[:, 1] < 2 * LANE
+    beside = (scene.centre[:, 1] < 2 * LANE) & (scene.speed > 0)
     for acceleration in (0, -0.5, 0.5, -1, 1, -1.5, 1.5, -2, 2):
         for hold in np.arange(0, 10, 0.5):
             time = np.arange(0, hold + 6, 0.1)
@@ -139,13 +145,15 @@ def summary(drives: list[Drive]) -> dict[str, Any]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenes", type=int, default=300)
+    parser.add_argument("--standing", action="store_true", help="somebody stands in the lane, which does not end")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--save", help="name of the file in benchmarks/results")
     given = parser.parse_args()
-    scenes = [drawn(1000 * given.seed + each) for each in range(given.scenes)]
+    scenes = [drawn(1000 * given.seed + each, given.standing) for each in range(given.scenes)]
     found: dict[str, Any] = {"scenes": len(scenes), "possible": sum(map(possible, scenes))}
-    for name, rule in {"planner": planner.merge, "without the rule": lambda *_: None}.items():
-        with patch.object(planner, "merge", rule):
+    rule, nothing = ("approach", np.inf) if given.standing else ("merge", None)
+    for name, what in {"planner": getattr(planner, rule), "without the rule": lambda *_: nothing}.items():
+        with patch.object(planner, rule, what):
             found[name] = summary([driven(scene, planner.MpcPlanner()) for scene in scenes])
         print(name, found[name], flush=True)
     if given.save:

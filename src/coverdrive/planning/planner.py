@@ -24,6 +24,7 @@ from coverdrive.planning.problem.rollout import after_step
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.problem.tree import held_on, shift_of
 from coverdrive.planning.problem.vehicle import SLOW, slow
+from coverdrive.planning.rules.approach import approach
 from coverdrive.planning.rules.ego_state import assumed_state, continued, plausible
 from coverdrive.planning.rules.follower import without_follower
 from coverdrive.planning.rules.leaders import Leaders, LeaderSettings, braking, leaders_of
@@ -295,7 +296,9 @@ class MpcPlanner:
             if merging is not None:
                 speed = min(speed, merging.speed)
                 manners = call.manners.model_copy(update={"headway": merging.headway})
-                call = call._replace(wish=replace(call.wish, speed=speed), manners=manners)
+                call = call._replace(manners=manners)
+            speed = min(speed, approach(state, paths, road, targets.lanes, leaders))
+            call = call._replace(wish=replace(call.wish, speed=speed))
         lost = leaders.lost(targets.lasting, speed, horizon, horizon + settings.leaders.foresight)
         targets = targets._replace(lost=lost)
         own = targets._replace(lanes=targets.lanes[:1], lat=targets.lat[:1])
