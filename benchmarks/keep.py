@@ -1,6 +1,6 @@
 """Keeps what a command printed with `--json`: `python benchmarks/keep.py dial-drivers dial.json --command "…"`.
 
-What counts of a fit, a dial, a league, a cover or rare collisions gets a name and goes to `benchmarks/results/`;
+What counts of a fit, a dial, a league or a cover gets a name and goes to `benchmarks/results/`;
 `--drives` adds how the drives of a folder went (`trials.parquet`).
 """
 
@@ -70,19 +70,6 @@ def of_cover(said: dict[str, Any]) -> dict[str, Any]:
     return {"segments": said["segments"], "covers": covers}
 
 
-def of_rare(said: dict[str, Any]) -> dict[str, Any]:
-    """How probable a collision is."""
-    return {
-        "probability": [said["probability"], *said["interval"]],
-        "relative error": said["standard_error"] / said["probability"] if said["probability"] else None,
-        "repetitions": len(said["repetitions"]),
-        "ended before": sum(each["rarer"] for each in said["repetitions"]),
-        "left": None if said["level"] is None else -said["level"],
-        "drives": said["drives"],
-        "collisions": len(said["collisions"]),
-    }
-
-
 def of_league(said: list[dict[str, str]]) -> dict[str, Any]:
     """Each planner in each world."""
     driven = [row for row in said if row["mean_speed"]]
@@ -126,7 +113,7 @@ def of_drives(folder: Path) -> dict[str, Any]:
     return rows.select(**told).row(0, named=True)
 
 
-KINDS = {"proofs": of_dial, "evaluation": of_fit, "segments": of_cover, "repetitions": of_rare}
+KINDS = {"proofs": of_dial, "evaluation": of_fit, "segments": of_cover}
 """what a command printed is told by a key"""
 
 

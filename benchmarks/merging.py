@@ -5,8 +5,8 @@ scenes, cars drive at 12 to 28 m/s, 0.7 to 2.5 s apart, and keep their speed wha
 ±5 m/s. It is told where they are going to be, in boxes that grow by 1.3 m along the road in 3 s. A car that comes over
 smoothly neither slows down to half of its own or their speed nor brakes harder than at 4 m/s². Beside the planner
 stands the same one without the rule for such lanes, and what is possible in hindsight: to hold one acceleration
-of at most 2 m/s² for some seconds, and to come over in the next 3 s, never nearer than 3 m. With ``--standing`` the lane
-goes on, but a car stands in it, where it would end; the rule is the one about who is far slower.
+of at most 2 m/s² for some seconds, and to come over in the next 3 s, never nearer than 3 m. With ``--standing`` the
+lane goes on, but a car stands in it, where it would end; the rule is the one about who is far slower.
 """
 
 import argparse
