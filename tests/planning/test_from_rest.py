@@ -19,18 +19,24 @@ Others = list[tuple[float, float, float]]
 """lon [m] at the start, lat [m] and speed [m/s] of each"""
 
 
-def paths_of(others: Others, now: float) -> PredictedPaths:
-    """Their true futures."""
+def paths_of(others: Others, now: float, learned: bool = False) -> PredictedPaths:
+    """Their true futures, or sets like learned ones: who stands may start, and move sideways."""
     points = np.array([np.stack([lon + speed * (now + TIMES), 0 * TIMES + lat], -1) for lon, lat, speed in others])
-    return PredictedPaths(points, np.arange(len(points)), np.broadcast_to(HALF, points.shape).copy(), 0.25)
+    half_sizes = np.broadcast_to(HALF, points.shape).copy()
+    if learned:
+        points[..., 0] += 0.5 * (TIMES / TIMES[-1]) ** 1.8 * np.maximum(3 - np.array(others)[:, 2:], 0)
+        half_sizes += np.multiply.outer(TIMES / TIMES[-1], [1.9, 0.5])
+    return PredictedPaths(points, np.arange(len(points)), half_sizes, 0.25)
 
 
-def driven(state: list[float], others: Others, time: float, settings: PlannerSettings) -> Float[np.ndarray, "n 4"]:
+def driven(
+    state: list[float], others: Others, time: float, settings: PlannerSettings, learned: bool = False
+) -> Float[np.ndarray, "n 4"]:
     """States of a drive in which every plan is clear, and nobody is touched."""
     planner, states = MpcPlanner(settings), [np.array(state)]
     planner.reset(PERIOD)
     for k in range(round(time / PERIOD)):
-        plan = planner.plan(states[-1], paths_of(others, k * PERIOD), ROAD)
+        plan = planner.plan(states[-1], paths_of(others, k * PERIOD, learned), ROAD)
         assert plan.status is not Status.UNSAFE
         for part in range(PARTS):
             states.append(step(states[-1], plan.applied(PERIOD), PERIOD / PARTS))
@@ -49,9 +55,10 @@ def test_gets_past_what_stands_from_rest(lat: float):
     assert stays[-1, 0] < 10  # in the paper, angle and turning cost the same at any speed
 
 
-def test_waits_behind_a_broken_down_car_until_the_lane_beside_is_free():
+@pytest.mark.parametrize("learned", [False, True])
+def test_waits_behind_a_broken_down_car_until_the_lane_beside_is_free(learned: bool):
     column = [(60.0 - 18 * i, 5.4, 14.0) for i in range(12)]
-    states = driven([0, 1.8, 20, 0], [(150.0, 1.8, 0.0), *column], 35.0, PlannerSettings())
+    states = driven([0, 1.8, 20, 0], [(150.0, 1.8, 0.0), *column], 35.0, PlannerSettings(), learned)
     assert states[:, 2].min() < 0.1 and states[-1, 0] > 160
 
 

@@ -28,7 +28,7 @@ _WEIGHT = 1000.0
 _EASE = 2.0
 """[m/s²] at which the ego is taken to slow down for others; comfortable"""
 _STANDING, _ROOM = 0.5, 3.0
-"""[m/s] of who stands, and [m] behind it besides what is kept clear, so that there is room to pull out"""
+"""[m/s] of who stands now, and [m] behind it besides what is kept clear, so that there is room to pull out"""
 
 
 class MannersSettings(Settings):
@@ -104,6 +104,7 @@ def _widen(
     moments = boxes.shape[1]
     lat, own_speed, length, width, inflation = own
     for i in range(begin, boxes.shape[2]):
+        stands = boxes[0, 1, i] - boxes[0, 0, i] < _STANDING * dt
         for k in range(moments):
             ahead = boxes[0, 0, i] >= 0 and abs(boxes[1, k, i] - lat) < boxes[3, k, i] + width / 2
             first, last = max(k - 1, 0), min(k + 1, moments - 1)
@@ -111,7 +112,7 @@ def _widen(
             closing = max(own_speed - _EASE * dt * k - speed, 0.0)
             reach = _headway(headway, speed) * speed + time_to_collision * closing
             if ahead:
-                reach = max(reach, _ROOM if speed < _STANDING else 0.0)
+                reach = max(reach, _ROOM if stands else 0.0)
                 time = min(dt * k, own_speed / _EASE)
                 eased = (own_speed - _EASE * time / 2) * time
                 reach = min(reach, max((boxes[0, k, i] - eased) / inflation - boxes[2, k, i] - length / 2, 0.0))
