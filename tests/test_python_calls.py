@@ -1,6 +1,7 @@
 """Calls from Python with what is not meant there: they say what was expected and what was got."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from coverdrive.simulation.drives.episode import EpisodeSettings
 from shape_checks import unchecked
 
 SHORT = EpisodeSettings(duration=0.3)
+TWO = cd.Scene(np.array([0.0, 30.0]), *np.array([[1.8], [20.0], [0.0], [4.5], [1.8]]) * np.ones(2), np.ones(2, bool))
 
 
 @pytest.fixture(scope="module")
@@ -119,3 +121,41 @@ def test_what_is_not_meant_is_named(
     with unchecked(), pytest.raises(SettingError, match=complaint):
         call(predictor)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"ego": True}, "ego = True is not the slot"),
+        ({"ego": 1.0}, r"ego = 1\.0 is not the slot"),
+        ({"dt": "0.25"}, "must be positive, got '0.25'"),
+        ({"steps": "3"}, "whole number of steps, at least one, got '3'"),
+        ({"like": 3}, "like: expected a planner, .* got 3"),
+        ({"road": None}, "road: expected a Road, got None"),
+        ({"scene": None}, "scene: expected a Scene, got None"),
+    ],
+)
+def test_a_prediction_of_what_is_none(results: Results, wrong: dict[str, Any], said: str) -> None:
+    asked = {"scene": TWO, "road": cd.Road.straight()} | wrong
+    with unchecked(), pytest.raises(SettingError, match=said):
+        results.predictor.predict(**asked)
+
+
+def test_a_prediction_is_of_one_moment(results: Results) -> None:
+    with unchecked():
+        uneven, several = (
+            replace(TWO, speed=TWO.speed[:1]), replace(TWO, **{k: v[None] for k, v in vars(TWO).items()})
+        )  # fmt: skip
+        for wrong in (uneven, several):
+            with pytest.raises(SettingError, match="scene: expected one moment"):
+                results.predictor.predict(wrong, cd.Road.straight())
+
+
+def test_settings_of_a_planner(results: Results) -> None:
+    with unchecked(), pytest.raises(SettingError, match=r"settings: expected PlannerSettings, got \{'grace': 0.1\}"):
+        cd.Planner({"grace": 0.1})  # pyright: ignore[reportArgumentType]
+
+
+def test_a_predictor_is_saved_at_a_path(results: Results) -> None:
+    with unchecked(), pytest.raises(SettingError, match="path: expected a path, got 3"):
+        results.predictor.save(3)  # pyright: ignore[reportArgumentType]

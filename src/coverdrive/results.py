@@ -189,14 +189,23 @@ class Results:
         Those that cannot be read as recordings are passed over. No scenario shows vehicles of generated traffic, whose
         tracks a demo leaves out.
         """
-        if not (self.folder / SEEN).exists() and all(is_generated(each.name) for each in self._run.recordings):
+        if self._is_demo:
             return
         read = self.experiment.recordings
         self.seen.refuse([each for file in scenarios if legible(file) for each in read([file])])
 
+    @property
+    def _is_demo(self) -> bool:
+        return not (self.folder / SEEN).exists() and all(is_generated(each.name) for each in self._run.recordings)
+
     @cached_property
     def seen(self) -> Seen:
         """What trained or calibrated the predictor, which is refused wherever it is to be tried."""
+        if self._is_demo:
+            raise DataError(
+                f"{self.folder} is a demo, which does not keep what it was made from: to replay recordings, make a fit "
+                "with `coverdrive fit` in another folder"
+            )
         return Seen.load(self._sealed.file(SEEN), self._run.recordings)
 
     def place(self, road: str | None = None) -> Place:

@@ -11,6 +11,7 @@ these, lon' = speed · cos(heading) and lat' = speed · sin(heading) on any road
 """
 
 from dataclasses import dataclass, field, replace
+from numbers import Real
 from typing import Any, Literal
 
 import jax
@@ -18,8 +19,8 @@ import numpy as np
 from jax import Array
 from jaxtyping import Bool, Float, Int
 
-from coverdrive.arguments import finite, whole
-from coverdrive.errors import SettingError
+from coverdrive.arguments import finite, shown, whole
+from coverdrive.errors import DataError, SettingError
 from coverdrive.reference_line import Numbers, ReferenceLine
 
 NARROWEST = 2.0
@@ -73,6 +74,19 @@ class Road:
             raise SettingError(
                 f"the edges of a road: expected an array, as np.array({self.edges}); got the bare numbers"
             )
+
+    def check(self) -> None:
+        """Refuse, with a `DataError`, a road that nobody can drive on."""
+        edges, length, limit = np.asarray(self.edges, dtype=float), np.asarray(self.length), self.speed_limit
+        if not (edges.ndim == 1 and len(edges) > 1 and np.isfinite(edges).all() and (np.diff(edges) > 0).all()):
+            expected = "expected two or more, finite and ascending from the right edge of the road to the left"
+            raise DataError(f"the road has lane edges at lat = {edges.tolist()} m; {expected}")
+        if length.dtype.kind not in "iuf" or not float(length) > 0:
+            raise DataError(f"the road is {shown(self.length)} m long; expected more than 0")
+        if not (limit is None or isinstance(limit, Real)):
+            raise DataError(f"the speed limit is {shown(limit)}; expected a number [m/s], or None")
+        if self.side not in ("right", "left"):
+            raise DataError(f"the road is driven on at the side {shown(self.side)}; expected 'right' or 'left'")
 
     def same(self, other: "Road") -> bool:
         """Whether they have the same line and lanes, so that what is at a position of one is there on the other."""

@@ -54,6 +54,8 @@ def test_what_is_stored_solves_scenarios_and_needs_no_tracks_for_it(tmp_path: Pa
     scenario = tmp_path / "USA_Test-1_1_T-1.xml"
     scenario.write_text("")
     Results(tmp_path).refuse_seen([scenario])
+    with pytest.raises(DataError, match="is a demo, which does not keep what it was made from: to replay recordings"):
+        Results(tmp_path).seen.refuse([])
     sealed = json.loads((tmp_path / "manifest.json").read_text())
     run = json.loads((tmp_path / "run.json").read_text())
     run["recordings"][0]["name"] = "mine"

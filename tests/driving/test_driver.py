@@ -1,6 +1,7 @@
 """The driver in worlds that are not ours: frames, commands, goals and what it says to those who ask wrongly."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from shape_checks import unchecked
 
 OTHERS = {"ahead": ((60.0, 1.8, 15.0, 0.0), CAR), 7: ((-30.0, 5.4, 22.0, 0.0), CAR)}
 OWN = (0.0, 1.8, 20.0, 0.0)
+NOBODY = PredictedPaths(np.empty((0, 13, 2)), np.empty(0, dtype=int), np.empty((0, 13, 2)), 0.25)
 
 
 def test_a_drive_can_be_repeated_and_reset_forgets() -> None:
@@ -122,6 +124,28 @@ def test_another_road_is_driven_from_its_first_moment_on(curvature: float, measu
 def test_roads_that_nobody_can_drive_on_are_refused(road: Road) -> None:
     with pytest.raises(DataError, match=r"the (road has lane edges|road is nan m long|speed limit is).*expected"):
         Driver(PREDICTOR).step(OWN, OTHERS, road)
+    if road.speed_limit is None:  # which planners do not ask for
+        with pytest.raises(DataError, match=r"the (road has lane edges|road is nan m long).*expected"):
+            MpcPlanner().plan(np.array(OWN), NOBODY, road)
+
+
+@pytest.mark.parametrize("wrong", [{"length": "100"}, {"speed_limit": "30"}, {"side": "middle"}])
+def test_roads_of_words_are_refused(wrong: dict[str, Any]) -> None:
+    with unchecked(), pytest.raises(DataError, match=f"{next(iter(wrong.values()))}.*expected"):
+        Driver(PREDICTOR).step(OWN, OTHERS, Road(**{"edges": np.array([0.0, 3.6]), "length": 100.0} | wrong))
+
+
+@pytest.mark.parametrize("own", [(10**400, 1.8, 20, 0), np.array([0, 1.8, 20, 1j])])
+def test_numbers_that_no_car_has_are_refused(own: Any) -> None:
+    with unchecked(), pytest.raises(DataError, match=r"the ego: got .*expected finite numbers"):
+        Driver(PREDICTOR).step(own, OTHERS, ROAD)
+
+
+def test_a_goal_may_be_given_by_arrays() -> None:
+    goals = (Goal(position=position, time=(10.0, 12.0)) for position in ((300.0, 340.0), np.array([300.0, 340.0])))
+    with unchecked():
+        one, other = (Driver(PREDICTOR).step(OWN, OTHERS, ROAD, goal) for goal in goals)
+    assert (one.acceleration, one.yaw_rate) == (other.acceleration, other.yaw_rate)
 
 
 def test_any_planner_drives() -> None:

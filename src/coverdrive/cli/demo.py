@@ -30,7 +30,8 @@ def demo(
     """Show a stored drive on a page, within seconds: nothing is learned or driven, unless you ask for it.
 
     The predictor, its certificate and a study of 40 drives come with the package, made from generated traffic. Drives,
-    leagues, figures and reports work in this folder as in any other; `calibrations` and `dial` need a fit of your own.
+    leagues, figures and reports work in this folder as in any other; `calibrations`, `dial` and replays of recordings
+    need a fit of your own.
 
     For example:
 

@@ -8,8 +8,6 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from coverdrive.arguments import finite, of_kind, period_of
 from coverdrive.driving.goal import Goal
 from coverdrive.driving.perception import Numbers, Perception, Told
@@ -141,7 +139,9 @@ class Driver:
         """
         of_kind("road", road, Road, "a Road")
         if road is not self._road:
-            _check(road)
+            road.check()
+            for wrong in wrong_speed_limit(road.speed_limit):
+                raise DataError(wrong)
             self._road = road
         of_kind("goal", goal, (Goal, type(None)), "a Goal, or None")
         scene = self.see(own, others, road)
@@ -163,18 +163,6 @@ class Driver:
         if goal is not None and (firmly := goal.firmly(state, road, self.period)):
             acceleration = min(acceleration, -firmly)
         return Command(acceleration, yaw_rate, steering, decision.plan, decision.paths, scene, *decision[2:])
-
-
-def _check(road: Road) -> None:
-    """Refuse a road that nobody can drive on."""
-    edges = np.asarray(road.edges, dtype=float)
-    if not (edges.ndim == 1 and len(edges) > 1 and np.isfinite(edges).all() and (np.diff(edges) > 0).all()):
-        expected = "expected two or more, finite and ascending from the right edge of the road to the left"
-        raise DataError(f"the road has lane edges at lat = {edges.tolist()} m; {expected}")
-    if not float(road.length) > 0:
-        raise DataError(f"the road is {float(road.length):g} m long; expected more than 0")
-    for wrong in wrong_speed_limit(road.speed_limit):
-        raise DataError(wrong)
 
 
 def adapted(settings: PlannerSettings, **wishes: float) -> PlannerSettings:

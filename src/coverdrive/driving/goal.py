@@ -140,7 +140,7 @@ class Goal:
         """[m/s²] at which one brakes at the least until the next plan, some time [s] later: where the goal is met by
         standing.
         """
-        first, last = self.position or (-np.inf, np.inf)
+        first, last = (-np.inf, np.inf) if self.position is None else self.position
         waits = self.time is not None and self.speed is not None and self.speed[0] <= 0 and self._stands
         there = waits and first <= state[0] <= last and 0 < state[2] < _LAST and self._inside(state, road)
         return min(_FIRMLY, float(state[2]) / period) if there else 0.0

@@ -177,8 +177,8 @@ def _told(name: Hashable, told: Any) -> tuple[np.ndarray, np.ndarray]:
 def _numbers(who: str, values: Any, counts: tuple[int, ...], expected: str) -> Float[np.ndarray, " n"]:
     """Finite numbers, or a DataError that says whose they were to be."""
     try:
-        result = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
+        result = np.asarray(values, dtype=float) if np.isrealobj(values) else np.empty(0)
+    except (TypeError, ValueError, OverflowError):
         result = np.empty(0)
     if result.ndim != 1 or len(result) not in counts or not np.isfinite(result).all():
         hint = "leave a vehicle out while it is not known" if who != "the ego" else "the ego has to be known"

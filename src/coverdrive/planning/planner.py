@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import Field
 
-from coverdrive.arguments import period_of
+from coverdrive.arguments import of_kind, period_of
 from coverdrive.errors import DataError
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
@@ -149,6 +149,7 @@ class MpcPlanner:
         Args:
             settings: horizon, ego, weights; the defaults if left out.
         """
+        of_kind("settings", settings, (PlannerSettings, type(None)), "PlannerSettings")
         self.settings = settings or PlannerSettings()
         self._accelerations = accelerations_of(self.settings.problem.vehicle)
         self._budget = math.inf if self.settings.budget is None else self.settings.budget
@@ -266,6 +267,7 @@ class MpcPlanner:
     def _look_at(self, road: Road) -> None:
         """Make the table of a road, if it is another one than before, and forget what is in the frame of that."""
         if road is not self._road:
+            of_kind("road", road, Road, "a Road").check()
             if self._road is not None and not road.same(self._road):
                 self._memory, self._paths = None, PathMemory(self.settings.grace, self._period)
             self._table, self._road, self._slow = table_of(road, self.settings.problem), road, None

@@ -12,7 +12,7 @@ import jax
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
-from coverdrive.arguments import shown
+from coverdrive.arguments import of_kind, path_of, shown
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.rule import Rule
 from coverdrive.errors import SettingError
@@ -123,6 +123,7 @@ class StoredPredictor(ABC):
             SettingError: ``ego`` is not the slot of a vehicle, or the paths would not end within the horizon.
         """
         period, count = grid_of(self.horizon, self._grid[0], dt, steps, like)
+        of_kind("road", road, Road, "a Road")
         return self._paths(scene, road, others_of(scene, ego), period, count)
 
     def scaled(self: P, scale: float) -> P:
@@ -149,7 +150,7 @@ class StoredPredictor(ABC):
 
     def save(self, path: Path | str) -> None:
         """Write it to a file, or to none if interrupted; `SettingError` if it cannot be stored."""
-        save_arrays(Path(path), "predictor", self._header, self._arrays)
+        save_arrays(path_of("path", path), "predictor", self._header, self._arrays)
 
     def __getstate__(self) -> dict[str, Any]:
         """The fields alone; what is cached belongs to the process."""
@@ -172,19 +173,21 @@ def grid_of(
     """The grid of times that is asked for, if the horizon reaches that far; ``step`` apart if nothing is."""
     if like is not None and not dt is steps is None:
         raise SettingError("a planner that is to be like has its dt and steps; leave these out")
-    dt, steps = (dt, steps) if like is None else (like.dt, like.steps)
+    if like is not None:
+        dt, steps = of_kind("like", like, TimeGrid, "a planner, which has dt and steps").dt, like.steps
     dt = step if dt is None else dt
-    if not 0 < dt < np.inf:
-        raise SettingError(f"the time dt between two points of a path must be positive, got {dt} s; try 0.25")
+    if not (isinstance(dt, Real) and 0 < dt < np.inf):
+        raise SettingError(f"the time dt between two points of a path must be positive, got {shown(dt)} s; try 0.25")
     steps = int(horizon / dt + _ROUNDING) if steps is None else steps
-    if steps < 1 or steps != int(steps):
-        raise SettingError(f"a path has a whole number of steps, at least one, got {steps}; try {horizon / dt:.0f}")
+    if not (isinstance(steps, Real) and 1 <= steps < np.inf and steps == int(steps)):
+        tried = f"got {shown(steps)}; try {horizon / dt:.0f}"
+        raise SettingError(f"a path has a whole number of steps, at least one, {tried}")
     if dt * steps > horizon + _ROUNDING:
         raise SettingError(
             f"{steps} steps of {dt:g} s are {dt * steps:g} s, but this predictor knows what vehicles do within "
             f"{horizon:g} s; take at most {int(horizon / dt + _ROUNDING)} steps, or fit one with a longer horizon"
         )
-    return dt, int(steps)
+    return float(dt), int(steps)
 
 
 def features_of(scene: Scene, road: Road, vehicle: Int[np.ndarray, " n"]) -> Float32[np.ndarray, "padded F"]:
@@ -198,12 +201,16 @@ def features_of(scene: Scene, road: Road, vehicle: Int[np.ndarray, " n"]) -> Flo
 
 def others_of(scene: Scene, ego: int | None) -> Bool[np.ndarray, " A"]:
     """The slots of vehicles but the ego's; `SettingError` if ``ego`` is not the slot of a vehicle."""
+    shapes = {np.shape(values) for values in vars(of_kind("scene", scene, Scene, "a Scene")).values()}
+    if len(shapes) > 1 or len(min(shapes)) != 1:
+        raise SettingError(f"scene: expected one moment, fields of one shape (A,), got {sorted(shapes)}")
     others = np.array(scene.valid)
-    if ego is not None and not (0 <= ego < len(others) and others[ego]):
+    known = isinstance(ego, int | np.integer) and not isinstance(ego, bool)
+    if ego is not None and not (known and 0 <= ego < len(others) and others[ego]):
         slots = ", ".join(map(str, np.flatnonzero(others)[:8])) or "none"
         raise SettingError(
-            f"ego = {ego} is not the slot of a vehicle of this scene, which has {int(others.sum())} of them (slots "
-            f"{slots}{', …' if others.sum() > 8 else ''}); give one of these slots, or None to predict everybody"
+            f"ego = {shown(ego)} is not the slot of a vehicle of this scene, which has {int(others.sum())} of them "
+            f"(slots {slots}{', …' if others.sum() > 8 else ''}); give one of these slots, or None to predict everybody"
         )
     if ego is not None:
         others[ego] = False

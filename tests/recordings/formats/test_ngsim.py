@@ -56,6 +56,14 @@ def test_text_without_header_is_read_like_the_csv(make_ngsim, write_csv, write_t
     assert np.array_equal(csv.road.edges, text.road.edges)
 
 
+def test_a_byte_order_mark_is_no_column(make_ngsim, write_text):
+    path = write_text(make_ngsim())
+    expected, text = read_one(path).table, path.read_bytes()
+    for first in (b"", b"  "):
+        path.write_bytes(b"\xef\xbb\xbf" + first + text.lstrip())
+        assert read_one(path).table.equals(expected)
+
+
 def test_headers_are_matched_in_any_case(make_ngsim, write_csv):
     table = make_ngsim()
     shouted = write_csv(table.rename(str.upper), "shouted/traffic.csv")

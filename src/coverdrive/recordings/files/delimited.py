@@ -2,6 +2,7 @@
 
 import csv
 import re
+from codecs import BOM_UTF8
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -127,7 +128,7 @@ def _blocks(stream: BinaryIO, layout: Layout, repairs: Counter[str]) -> Iterator
 
 def _parse(text: bytes, layout: Layout, names: list[str], row: int, repairs: Counter[str]) -> pl.DataFrame:
     """The named columns of one block whose first line is line ``row`` of the file."""
-    numbers = [name for name in names if name not in TEXTS]
+    numbers, text = [name for name in names if name not in TEXTS], text.removeprefix(BOM_UTF8)
     block = _fast(text, layout, names, row)
     if block is None or not all(block[name].is_finite().all(ignore_nulls=False) for name in numbers):
         block = _slow(text, layout, names, row, repairs)
