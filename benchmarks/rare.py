@@ -8,9 +8,10 @@ collision, the drives that come as near as all of them did are counted, and call
 
 import argparse
 import json
+import math
 import tempfile
+from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -19,12 +20,13 @@ import coverdrive
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.dialling.rare import CONTACT, Drive, rare
-from coverdrive.dialling.splitting import _Walk
+from coverdrive.dialling.tape import Tape
+from coverdrive.errors import StartError
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.rules.leaders import LeaderSettings
 from coverdrive.prediction.predictor import AnyPredictor, Predictor
 from coverdrive.simulation.drives.episode import EpisodeSettings
-from coverdrive.simulation.studies.setup import Setup
+from coverdrive.simulation.studies.setup import Participants, Setup
 from results import save
 
 
@@ -37,10 +39,25 @@ def reckless(predictor: AnyPredictor) -> Setup:
 
 def plain(setup: Setup, drives: int, level: float | None) -> dict:
     """How many drives collide, or get above a level if there is one."""
-    start = partial(Drive, setup, setup.participants())
-    paths = (_Walk(start, np.random.default_rng((setup.seed, trial))).first(trial) for trial in range(drives))
-    hits = sum(path.level > level if level is not None else path.level >= CONTACT for path in paths)
+    least, participants, hits = CONTACT if level is None else math.nextafter(level, math.inf), setup.participants(), 0
+    for trial in range(drives):
+        hits += _nearest(setup, participants, np.random.default_rng((setup.seed, trial))) >= least
     return {"drives": drives, "collisions": hits, "rate": hits / drives, "interval": clopper_pearson(hits, drives)}
+
+
+def _nearest(setup: Setup, participants: Participants, random: np.random.Generator) -> float:
+    """The highest level of a drive that can start."""
+    while True:
+        tape = Tape(random=random)
+        with suppress(StartError):
+            drive = Drive(setup, participants, tape)
+            break
+    levels = [drive.level]
+    while not drive.over:
+        tape.turn(len(levels))
+        drive.advance()
+        levels.append(drive.level)
+    return max(levels)
 
 
 def main() -> None:

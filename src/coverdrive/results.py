@@ -381,9 +381,10 @@ class Results:
 
     def can_replay(self, recordings: Sequence[Path], road: str | None = None) -> bool:
         """Whether there is what the fit was made from, or something else, to replay on its road, and not on another
-        one that is asked for; generated traffic is made again.
+        one that is asked for; generated traffic is made again, but for a demo.
         """
-        return is_replayed_on(road, self._run.road) and (bool(recordings) or not self._run.recorded_place)
+        known = bool(recordings) or not (self._run.recorded_place or self._is_demo)
+        return is_replayed_on(road, self._run.road) and known
 
     # the dial
 

@@ -11,7 +11,6 @@ these, lon' = speed · cos(heading) and lat' = speed · sin(heading) on any road
 """
 
 from dataclasses import dataclass, field, replace
-from numbers import Real
 from typing import Any, Literal
 
 import jax
@@ -77,14 +76,16 @@ class Road:
 
     def check(self) -> None:
         """Refuse, with a `DataError`, a road that nobody can drive on."""
-        edges, length, limit = np.asarray(self.edges, dtype=float), np.asarray(self.length), self.speed_limit
-        if not (edges.ndim == 1 and len(edges) > 1 and np.isfinite(edges).all() and (np.diff(edges) > 0).all()):
+        edges, length, limit = map(np.asarray, (self.edges, self.length, self.speed_limit or 1.0))
+        if edges.dtype.kind not in "iuf" or not (
+            edges.ndim == 1 and len(edges) > 1 and np.isfinite(edges).all() and (np.diff(edges) > 0).all()
+        ):
             expected = "expected two or more, finite and ascending from the right edge of the road to the left"
             raise DataError(f"the road has lane edges at lat = {edges.tolist()} m; {expected}")
-        if length.dtype.kind not in "iuf" or not float(length) > 0:
+        if length.dtype.kind not in "iuf" or length.ndim or not float(length) > 0:
             raise DataError(f"the road is {shown(self.length)} m long; expected more than 0")
-        if not (limit is None or isinstance(limit, Real)):
-            raise DataError(f"the speed limit is {shown(limit)}; expected a number [m/s], or None")
+        if limit.dtype.kind not in "iuf" or limit.ndim:
+            raise DataError(f"the speed limit is {shown(self.speed_limit)}; expected a number [m/s], or None")
         if self.side not in ("right", "left"):
             raise DataError(f"the road is driven on at the side {shown(self.side)}; expected 'right' or 'left'")
 

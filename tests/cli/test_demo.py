@@ -56,6 +56,7 @@ def test_what_is_stored_solves_scenarios_and_needs_no_tracks_for_it(tmp_path: Pa
     Results(tmp_path).refuse_seen([scenario])
     with pytest.raises(DataError, match="is a demo, which does not keep what it was made from: to replay recordings"):
         Results(tmp_path).seen.refuse([])
+    assert not Results(tmp_path).can_replay(())
     sealed = json.loads((tmp_path / "manifest.json").read_text())
     run = json.loads((tmp_path / "run.json").read_text())
     run["recordings"][0]["name"] = "mine"

@@ -117,7 +117,7 @@ FEW, MORE = np.array([1, 2, 4]), np.array([1, 2, 4, 6, 8])
 
 def test_each_of_some_whole_numbers_is_as_probable():
     of = tape(4)
-    for among in (FEW, MORE, np.array([7, 0, 900]), np.array([2**40, 3, 3])):
+    for among in (FEW, MORE, np.array([7, 0, 900]), np.array([2**40, 3, 3]), np.array([3, 3, 4])):
         drawn = [int(of.choice(among)) for _ in range(3000)]
         taken = np.array([drawn.count(each) for each in np.unique(among)])
         shares = np.unique(among, return_counts=True)[1] / len(among)

@@ -49,8 +49,8 @@ from coverdrive.simulation.studies.workers import run_trials
 CONTACT = 1000.0
 """level of a contact, to which its relative speed [m/s] is added; before, levels are lower"""
 _SHED, _COUNTS = np.array([4.0, 2.0]), np.array([1.0, 3.0])
-"""along and across the road: [m/s²] at which the speed of an approach is shed, and as how many a metre counts: in the
-paper's traffic drives often come within 1.4 m across of somebody who keeps to the next lane, and nothing follows"""
+"""along and across the road: [m/s²] at which the speed of an approach is shed, and as how many a metre counts: within
+1.4 m across of somebody who keeps to the next lane is ordinary"""
 _STORED = 5
 """collisions of a repetition that are stored"""
 
@@ -147,7 +147,7 @@ class Rare:
 
     @property
     def level(self) -> float | None:
-        """[m] above which all repetitions came, where some ended without a collision; None if none did."""
+        """Minus the metres left, which all repetitions came above, where some ended without a collision, or None."""
         return min((each["curve"][-1][0] for each in self.repetitions if each["rarer"]), default=None)
 
     @property
@@ -209,9 +209,9 @@ class Rare:
             return (
                 f"A drive has a collision with probability less than {at_most(high, 2)} (the upper end of a 95 % "
                 f"interval that begins at {percent(low, 2)}): in {percent(self.probability, 2)} of drives ({error}) "
-                f"less than {-level:.2f} m are left between the ego and another vehicle once they have braked, by "
-                f"{len(self.estimates)} independent repetitions, of which {rarer} ended without a collision, below "
-                "what was to be looked for."
+                f"less than {-level:.2f} m are left between the ego and another vehicle once they have braked, a metre "
+                f"across counting as three, by {len(self.estimates)} independent repetitions, of which {rarer} ended "
+                "without a collision, below what was to be looked for."
             )
         return (
             f"A drive has a collision with probability {self.probability:.2g} (95 % interval "

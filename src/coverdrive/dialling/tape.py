@@ -157,7 +157,8 @@ class Tape(np.random.Generator):
         among = np.arange(a) if np.ndim(a) == 0 else np.asarray(a)
         if len(among) == 0:
             raise ValueError("nothing to choose from")
-        if p is None and size is None and among.ndim == 1 and among.dtype.kind in "iu" and among.min() >= 0:
+        whole = among.ndim == 1 and among.dtype.kind in "iu" and among.min() >= 0
+        if p is None and size is None and whole and len(np.unique(among)) == len(among):
             return among[_settled(float(self._uniforms()), among)]
         ends = np.linspace(0.0, 1.0, len(among) + 1)[1:] if p is None else np.cumsum(p)
         return among[np.minimum(np.searchsorted(ends, self._uniforms(size), side="right"), len(among) - 1)]
@@ -191,16 +192,15 @@ class Tape(np.random.Generator):
 
 
 def _settled(uniform: float, among: np.ndarray) -> int:
-    """Index of one of some whole numbers, each as probable, that stays the same for most others of them.
+    """Index of one of some different whole numbers, each as probable, that stays the same for most others of them.
 
     Parts of the uniform number name one after the other; the first one that is there is taken.
     """
     bits = max(_BITS, int(among.max()).bit_length())
     for _ in range(_NAMED // bits):
         name, uniform = divmod(uniform * (1 << bits), 1.0)
-        named = np.flatnonzero(among == name)
-        if len(named):
-            return int(named[int(uniform * len(named))])
+        if len(named := np.flatnonzero(among == name)):
+            return int(named[0])
     return int(uniform * len(among))
 
 

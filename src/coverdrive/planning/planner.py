@@ -218,8 +218,9 @@ class MpcPlanner:
             INVALID_INPUT and the slack 1.
 
         Raises:
-            SettingError: if the paths have other times than the plan.
-            DataError: if the state is not of four numbers, or lanes are too near to the centre of a curve.
+            SettingError: if the paths have other times than the plan, or the road is none.
+            DataError: if the state is not of four numbers, nobody can drive on the road, or its lanes are too near to
+                the centre of a curve.
         """
         begun, problem = time.perf_counter(), self.settings.problem
         paths.check_times(problem.dt, problem.steps)
@@ -299,7 +300,8 @@ class MpcPlanner:
                 speed = min(speed, merging.speed)
                 manners = call.manners.model_copy(update={"headway": merging.headway})
                 call = call._replace(manners=manners)
-            speed = min(speed, approach(state, paths, road, targets.lanes, leaders))
+            if not call.slow:
+                speed = min(speed, approach(state, paths, road, targets.lanes, leaders))
             call = call._replace(wish=replace(call.wish, speed=speed))
         lost = leaders.lost(targets.lasting, speed, horizon, horizon + settings.leaders.foresight)
         targets = targets._replace(lost=lost)

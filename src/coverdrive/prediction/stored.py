@@ -179,7 +179,7 @@ def grid_of(
     if not (isinstance(dt, Real) and 0 < dt < np.inf):
         raise SettingError(f"the time dt between two points of a path must be positive, got {shown(dt)} s; try 0.25")
     steps = int(horizon / dt + _ROUNDING) if steps is None else steps
-    if not (isinstance(steps, Real) and 1 <= steps < np.inf and steps == int(steps)):
+    if not (isinstance(steps, Real) and 1 <= steps < 1e9 and steps == int(steps)):
         tried = f"got {shown(steps)}; try {horizon / dt:.0f}"
         raise SettingError(f"a path has a whole number of steps, at least one, {tried}")
     if dt * steps > horizon + _ROUNDING:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from coverdrive.planning.planner import MpcPlanner
+from coverdrive.planning.problem.vehicle import step
 from coverdrive.planning.rules.approach import approach
 from coverdrive.planning.rules.leaders import leaders_of
 from coverdrive.road import Road
@@ -33,6 +34,21 @@ def test_it_is_no_more_than_a_little_faster_than_those_beside(straight_paths) ->
     assert wanted(straight_paths(standing, (-20, 5.4, 18), (100, 5.4, 20), (130, 5.4, 25))) == pytest.approx(22)
     assert wanted(straight_paths(standing, (-35, 5.4, 18))) == math.inf  # they are behind
     assert wanted(straight_paths(standing, (0, 5.4, 20)), (0,)) < 15  # cannot go there
+
+
+def test_of_a_queue_in_all_lanes_the_farther_end_counts(straight_paths) -> None:
+    closing = wanted(straight_paths((90, 1.8, 0), (150, 5.4, 0)))
+    assert 1.5 * closing + closing**2 / (2 * 2.0) == pytest.approx(150 - 2.4 - 2.4 - 8)
+
+
+@pytest.mark.parametrize("beside", [-10.0, 100.0])
+def test_from_rest_it_gets_out_beside_somebody_who_stands(straight_paths, beside: float) -> None:
+    planner, state = MpcPlanner(), np.array([0.0, 1.8, 0.0, 0.0])
+    planner.reset(0.1)
+    for _ in range(90):
+        paths = straight_paths((20, 1.8, 0), (beside, 5.4, 0))
+        state = step(state, planner.plan(state, paths, ROAD).applied(0.1), 0.1)
+    assert state[0] > 40
 
 
 def test_nobody_far_slower_is_ahead(straight_paths) -> None:

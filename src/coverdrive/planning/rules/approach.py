@@ -1,8 +1,8 @@
 """Behind somebody who is far slower: how fast to come up to it while the lane beside may not be free in time.
 
 A plan ends long before an ego at 30 m/s comes to what stands in its lane. If it drives as fast as it can until then, it
-brakes hard, or has to find a gap among those beside that are slower by as much. So it is no faster than they are, a
-little, or than it can be to come to rest behind it calmly.
+brakes hard, or has to find a gap among those beside that are slower by as much. So it wants the greater of two speeds
+at the most: that from which it comes up calmly, and a little more than those beside drive at.
 """
 
 import math
@@ -19,15 +19,15 @@ _FAR_SLOWER = 0.5
 _FASTER = 1.1
 """times as fast as those beside it may be, to find a gap"""
 _BEHIND, _AHEAD = 30.0, 120.0
-"""[m] within which others in the lane beside count"""
+"""[m] within which others in the lane beside count that are not as slow; where nobody is, the one ahead does"""
 _DECELERATION, _LAG, _ROOM = 2.0, 1.5, 8.0
-"""[m/s²] of people who have time to brake, [s] until it is reached, and [m] that is left at rest, to turn out"""
+"""[m/s²] of people who have time to brake, [s] until it is reached, and [m] that are left at the end"""
 
 
 def approach(
     state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, lanes: list[int], leaders: Leaders
 ) -> float:
-    """Speed [m/s] that is wanted at the most; inf if nobody who is far slower is ahead, or the lane beside is free.
+    """Speed [m/s] that is wanted at the most; inf if nobody who is far slower is ahead, or a lane beside is free.
 
     Args:
         state: lon [m], lat [m], speed [m/s], heading [rad] of the ego.
@@ -39,13 +39,14 @@ def approach(
     ahead = np.flatnonzero(leaders.lane == lanes[0])
     if not len(ahead) or leaders.speed[ahead[0]] > _FAR_SLOWER * state[2]:
         return math.inf
-    slower, lag = float(leaders.speed[ahead[0]]), _DECELERATION * _LAG
-    left = max(float(leaders.gap[ahead[0]]) - _ROOM, 0.0)
-    fastest = slower + math.sqrt(lag**2 + 2 * _DECELERATION * left) - lag
-    now = paths.points[:, 0]
-    near = (now[:, 0] > state[0] - _BEHIND) & (now[:, 0] < state[0] + _AHEAD)
-    lane, speed = road.lane_at(now[near, 0], now[near, 1]), (paths.points[near, 1, 0] - now[near, 0]) / paths.dt
+    lag, left = _DECELERATION * _LAG, np.maximum(leaders.gap - _ROOM, 0.0)
+    calm = leaders.speed + np.sqrt(lag**2 + 2 * _DECELERATION * left) - lag
+    behind = dict(zip(leaders.lane.tolist(), calm.tolist(), strict=True))
+    fastest = behind[lanes[0]]
+    now, speed = paths.points[:, 0], (paths.points[:, 1, 0] - paths.points[:, 0, 0]) / paths.dt
+    near = (now[:, 0] > state[0] - _BEHIND) & (now[:, 0] < state[0] + _AHEAD) & (speed > _FAR_SLOWER * state[2])
+    lane, speed = road.lane_at(now[near, 0], now[near, 1]), speed[near]
     for beside in lanes[1:]:
         there = lane == beside
-        fastest = max(fastest, _FASTER * float(speed[there].max()) if there.any() else math.inf)
+        fastest = max(fastest, _FASTER * float(speed[there].max()) if there.any() else behind.get(beside, math.inf))
     return fastest
