@@ -300,8 +300,7 @@ class MpcPlanner:
                 speed = min(speed, merging.speed)
                 manners = call.manners.model_copy(update={"headway": merging.headway})
                 call = call._replace(manners=manners)
-            if not call.slow:
-                speed = min(speed, approach(state, paths, road, targets.lanes, leaders))
+            speed = min(speed, approach(state, paths, road, targets.lanes, leaders))
             call = call._replace(wish=replace(call.wish, speed=speed))
         lost = leaders.lost(targets.lasting, speed, horizon, horizon + settings.leaders.foresight)
         targets = targets._replace(lost=lost)
