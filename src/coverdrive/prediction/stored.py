@@ -120,7 +120,8 @@ class StoredPredictor(ABC):
             like: has the ``dt`` and ``steps`` to take, as a planner does.
 
         Raises:
-            SettingError: ``ego`` is not the slot of a vehicle, or the paths would not end within the horizon.
+            SettingError: ``ego`` is not the slot of a vehicle, the scene is not of one moment, the road none, or the
+                paths would not end within the horizon.
         """
         period, count = grid_of(self.horizon, self._grid[0], dt, steps, like)
         of_kind("road", road, Road, "a Road")

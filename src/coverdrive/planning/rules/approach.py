@@ -36,15 +36,15 @@ def approach(
         lanes: that of the ego, followed by those that it can change to.
         leaders: who is ahead in every lane.
     """
-    ahead = np.flatnonzero(leaders.lane == lanes[0])
-    if not len(ahead) or leaders.speed[ahead[0]] > _FAR_SLOWER * state[2]:
+    far_slower = _FAR_SLOWER * state[2]
+    if not ((leaders.lane == lanes[0]) & (leaders.speed <= far_slower)).any():
         return math.inf
     lag, left = _DECELERATION * _LAG, np.maximum(leaders.gap - _ROOM, 0.0)
     calm = leaders.speed + np.sqrt(lag**2 + 2 * _DECELERATION * left) - lag
     behind = dict(zip(leaders.lane.tolist(), calm.tolist(), strict=True))
     fastest = behind[lanes[0]]
     now, speed = paths.points[:, 0], (paths.points[:, 1, 0] - paths.points[:, 0, 0]) / paths.dt
-    near = (now[:, 0] > state[0] - _BEHIND) & (now[:, 0] < state[0] + _AHEAD) & (speed > _FAR_SLOWER * state[2])
+    near = (now[:, 0] > state[0] - _BEHIND) & (now[:, 0] < state[0] + _AHEAD) & (speed > far_slower)
     lane, speed = road.lane_at(now[near, 0], now[near, 1]), speed[near]
     for beside in lanes[1:]:
         there = lane == beside
